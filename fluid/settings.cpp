@@ -1,0 +1,438 @@
+#include "fluid/settings.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <set>
+#include <span>
+#include <sstream>
+#include <string_view>
+
+#include "fluid/errors.hpp"
+
+namespace bedload {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Allowed interval of a number.
+struct Range {
+  double lowest = -infinity;
+  double highest = infinity;
+  bool open_below = false;
+
+  bool holds(double value) const {
+    return (open_below ? value > lowest : value >= lowest) && value <= highest;
+  }
+  std::string text() const {
+    if (lowest == -infinity && highest == infinity) return "any number";
+    if (highest == infinity) return fmt::format("{} {}", open_below ? "above" : "at least", lowest);
+    return fmt::format("{}{}, {}]", open_below ? "(" : "[", lowest, highest);
+  }
+};
+constexpr Range any{};
+constexpr Range positive{0.0, infinity, true};
+constexpr Range not_negative{0.0, infinity, false};
+
+enum class Need { optional, required };
+
+template <class Enum>
+using Words = std::vector<std::pair<std::string_view, Enum>>;
+const Words<Wall> wall_words{
+    {"periodic", Wall::periodic}, {"no_slip", Wall::no_slip}, {"free_slip", Wall::free_slip}};
+const Words<Driving> driving_words{{"none", Driving::none},
+                                   {"bulk_velocity", Driving::bulk_velocity},
+                                   {"pressure_gradient", Driving::pressure_gradient}};
+const Words<Start> start_words{{"rest", Start::rest},
+                               {"laminar", Start::laminar},
+                               {"logarithmic", Start::logarithmic},
+                               {"state", Start::state}};
+const Words<Switch> switch_words{
+    {"auto", Switch::automatic}, {"on", Switch::on}, {"off", Switch::off}};
+const Words<std::string> precision_words{{"double", "double"}, {"single", "single"}};
+
+/// The one place where keys are declared: name, variable (its initialiser is the default), unit,
+/// allowed values, meaning. The visitor reads, writes or describes.
+template <class Visitor>
+void declare_keys(Settings& s, Visitor& key) {
+  key.text("title", s.title, "Name of the run in its output.");
+  key.integers("grid.cells", s.grid.cells, "-", Range{4, 1 << 20}, Need::required,
+               "Cells along x, y and z.");
+  key.numbers("grid.length", s.grid.length, "L", positive, Need::required,
+              "Edge lengths of the box along x, y and z; cells must come out cubic.");
+  key.words("boundary.x", s.boundary.x, wall_words, "Lower and upper end of x.");
+  key.words("boundary.y", s.boundary.y, wall_words, "Lower and upper end of y.");
+  key.words("boundary.z", s.boundary.z, wall_words, "Lower and upper end of z.");
+  key.numbers("boundary.y_lower_velocity", s.boundary.y_lower_velocity, "L/T", any, Need::optional,
+              "Velocity of the lower y wall in its own plane (y component 0).");
+  key.numbers("boundary.y_upper_velocity", s.boundary.y_upper_velocity, "L/T", any, Need::optional,
+              "Velocity of the upper y wall in its own plane (y component 0).");
+  key.number("fluid.density", s.fluid.density, "M/L^3", positive, Need::optional,
+             "Density of the fluid.");
+  key.number("fluid.kinematic_viscosity", s.fluid.kinematic_viscosity, "L^2/T", positive,
+             Need::required, "Kinematic viscosity of the fluid.");
+  key.numbers("fluid.gravity", s.fluid.gravity, "L/T^2", any, Need::optional,
+              "Gravity: gives the spheres' buoyancy, must equal LIGGGHTS' own.");
+  key.word("fluid.convection", s.fluid.convection, switch_words,
+           "Convective term; off solves the unsteady Stokes equations.");
+  key.word("flow.driving", s.flow.driving, driving_words, "What keeps the flow going along x.");
+  key.number("flow.bulk_velocity", s.flow.bulk_velocity, "L/T", any, Need::optional,
+             "Mean of u over the whole box (spheres included), kept constant.");
+  key.number("flow.pressure_gradient", s.flow.pressure_gradient, "M/(L^2 T^2)", any, Need::optional,
+             "Constant driving force per volume along x.");
+  key.word("start.from", s.start.from, start_words, "Field that the run starts from.");
+  key.text("start.file", s.start.file,
+           "State to start from (start.from = \"state\"), beside fluid.toml; interpolated when its "
+           "grid differs.");
+  key.number("start.velocity", s.start.velocity, "L/T", any, Need::optional,
+             "Mean velocity of the laminar or logarithmic profile over the flow depth.");
+  key.number("start.height", s.start.height, "L", not_negative, Need::optional,
+             "Height y at which the profile begins (the bed's top); at rest below.");
+  key.number("start.disturbance", s.start.disturbance, "-", Range{0.0, 1.0}, Need::optional,
+             "Disturbance added to the profile, in start.velocity.");
+  key.integer("start.seed", s.start.seed, "-", not_negative, "Seed of the disturbance.");
+  key.number("time.step", s.time.step, "T", positive, Need::required, "Time step of the fluid.");
+  key.number("time.end", s.time.end, "T", not_negative, Need::required, "Time at which it ends.");
+  key.integer("spheres.forcing_loops", s.spheres.forcing_loops, "-", Range{1, 20},
+              "Most interpolate-force-spread loops per stage.");
+  key.number("spheres.slip_tolerance", s.spheres.slip_tolerance, "L/T", not_negative,
+             Need::optional, "Loops stop when no marker slips more than this.");
+  key.number("spheres.retraction", s.spheres.retraction, "h", Range{-1.0, 1.0}, Need::optional,
+             "How far markers are pulled inside the surface, in cells; negative: 0.28 + 1.0 h/D.");
+  key.word("accuracy.precision", s.accuracy.precision, precision_words,
+           "Storage precision of the fields.");
+  key.number("output.fields_every", s.output.fields_every, "T", not_negative, Need::optional,
+             "Time between field snapshots; 0: only the end.");
+  key.number("output.spheres_every", s.output.spheres_every, "T", not_negative, Need::optional,
+             "Time between samples of the mobile spheres; 0: every step.");
+  key.integer("output.history_every", s.output.history_every, "-", Range{1, 1 << 30},
+              "Steps between rows of history.csv.");
+  key.number("reference.velocity", s.reference.velocity, "L/T", positive, Need::optional,
+             "Velocity u_b of the derived numbers.");
+  key.number("reference.height", s.reference.height, "L", positive, Need::optional,
+             "Flow depth H of the derived numbers.");
+  key.number("reference.diameter", s.reference.diameter, "L", positive, Need::optional,
+             "Sphere diameter D of the derived numbers.");
+  key.number("reference.sphere_density", s.reference.sphere_density, "M/L^3", not_negative,
+             Need::optional, "Density of the mobile spheres in the derived numbers; 0: none.");
+}
+
+/// Number of single-letter edits between two names.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> previous(b.size() + 1), current(b.size() + 1);
+  std::iota(previous.begin(), previous.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    current[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j)
+      current[j] = std::min({previous[j] + 1, current[j - 1] + 1,
+                             previous[j - 1] + (a[i - 1] == b[j - 1] ? 0u : 1u)});
+    std::swap(previous, current);
+  }
+  return previous[b.size()];
+}
+
+std::string nearest(std::string_view name, const std::set<std::string>& known) {
+  std::string best;
+  std::size_t best_distance = std::numeric_limits<std::size_t>::max();
+  for (const std::string& candidate : known) {
+    const std::size_t distance = edit_distance(name, candidate);
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+template <class Enum>
+std::string word_list(const Words<Enum>& words) {
+  std::string list;
+  for (const auto& entry : words)
+    list += fmt::format("{}\"{}\"", list.empty() ? "" : ", ", entry.first);
+  return list;
+}
+
+/// Takes every declared key out of the TOML table; what is left over is unknown.
+class Reader {
+ public:
+  Reader(const toml::table& table, std::string file) : table_(table), file_(std::move(file)) {}
+
+  void text(std::string_view name, std::string& value, std::string_view) {
+    if (const toml::node* node = take(name)) {
+      const auto found = node->value_exact<std::string>();
+      if (!found) fail(name, *node, "a text in quotes");
+      value = *found;
+    }
+  }
+  template <class Integer>
+  void integer(std::string_view name, Integer& value, std::string_view, Range range,
+               std::string_view) {
+    if (const toml::node* node = take(name)) value = read_integer<Integer>(name, *node, range);
+  }
+  void number(std::string_view name, double& value, std::string_view, Range range, Need need,
+              std::string_view) {
+    if (const toml::node* node = take(name, need)) value = read_number(name, *node, range);
+  }
+  void integers(std::string_view name, std::array<int, 3>& values, std::string_view, Range range,
+                Need need, std::string_view) {
+    if (const toml::node* node = take(name, need)) {
+      const toml::array& list = list_of_three(name, *node);
+      for (std::size_t d = 0; d < 3; ++d) values[d] = read_integer<int>(name, list[d], range);
+    }
+  }
+  void numbers(std::string_view name, std::array<double, 3>& values, std::string_view, Range range,
+               Need need, std::string_view) {
+    if (const toml::node* node = take(name, need)) {
+      const toml::array& list = list_of_three(name, *node);
+      for (std::size_t d = 0; d < 3; ++d) values[d] = read_number(name, list[d], range);
+    }
+  }
+  template <class Enum>
+  void word(std::string_view name, Enum& value, const Words<Enum>& words, std::string_view) {
+    if (const toml::node* node = take(name)) value = read_word(name, *node, words);
+  }
+  template <class Enum>
+  void words(std::string_view name, std::array<Enum, 2>& ends, const Words<Enum>& words,
+             std::string_view) {
+    const toml::node* node = take(name);
+    if (!node) return;
+    if (const toml::array* list = node->as_array(); list && list->size() == 2) {
+      for (std::size_t e = 0; e < 2; ++e) ends[e] = read_word(name, (*list)[e], words);
+    } else {
+      ends.fill(read_word(name, *node, words));
+    }
+  }
+
+  /// Throws on the first key of the file that nobody declared.
+  void finish() const { check_unknown(table_, ""); }
+
+ private:
+  const toml::node* take(std::string_view name, Need need = Need::optional) {
+    declared_.insert(std::string(name));
+    const toml::node* node = table_.at_path(name).node();
+    if (!node && need == Need::required)
+      throw UserError(fmt::format("{}: the key '{}' is missing.", file_, name));
+    return node;
+  }
+  [[noreturn]] void fail(std::string_view name, const toml::node& node,
+                         std::string_view allowed) const {
+    std::ostringstream found;
+    node.visit([&found](const auto& n) { found << n; });
+    const auto line = node.source().begin.line;
+    throw UserError(fmt::format("{}{}: '{}' is {}, but must be {}.", file_,
+                                line > 0 ? fmt::format(", line {}", line) : "", name, found.str(),
+                                allowed));
+  }
+  template <class Integer>
+  Integer read_integer(std::string_view name, const toml::node& node, Range range) const {
+    const auto found = node.value_exact<std::int64_t>();
+    if (!found || !range.holds(static_cast<double>(*found)))
+      fail(name, node, fmt::format("a whole number, {}", range.text()));
+    return static_cast<Integer>(*found);
+  }
+  double read_number(std::string_view name, const toml::node& node, Range range) const {
+    const auto found = node.is_number() ? node.value<double>() : std::nullopt;
+    if (!found || !std::isfinite(*found) || !range.holds(*found))
+      fail(name, node, fmt::format("a number, {}", range.text()));
+    return *found;
+  }
+  const toml::array& list_of_three(std::string_view name, const toml::node& node) const {
+    const toml::array* list = node.as_array();
+    if (!list || list->size() != 3) fail(name, node, "a list of three numbers");
+    return *list;
+  }
+  template <class Enum>
+  Enum read_word(std::string_view name, const toml::node& node, const Words<Enum>& words) const {
+    const auto found = node.value_exact<std::string>();
+    for (const auto& [text, value] : words)
+      if (found && *found == text) return value;
+    fail(name, node, "one of " + word_list(words));
+  }
+  void check_unknown(const toml::table& table, const std::string& prefix) const {
+    for (const auto& [key, node] : table) {
+      const std::string name = prefix + std::string(key.str());
+      if (declared_.count(name)) continue;
+      const bool is_group = std::any_of(declared_.begin(), declared_.end(), [&](const auto& known) {
+        return known.starts_with(name + ".");
+      });
+      if (is_group && node.is_table()) {
+        check_unknown(*node.as_table(), name + ".");
+        continue;
+      }
+      throw UserError(fmt::format("{}, line {}: unknown key '{}'; the nearest known one is '{}'.",
+                                  file_, node.source().begin.line, name, nearest(name, declared_)));
+    }
+  }
+
+  const toml::table& table_;
+  std::string file_;
+  std::set<std::string> declared_;
+};
+
+template <class Enum>
+std::string_view word_of(const Enum& value, const Words<Enum>& words) {
+  for (const auto& [text, candidate] : words)
+    if (candidate == value) return text;
+  return "";
+}
+
+/// Hands every key's present value as TOML text to `line(name, value, unit, allowed, meaning)`.
+template <class Line>
+class Writer {
+ public:
+  explicit Writer(Line line) : line_(std::move(line)) {}
+  void text(std::string_view name, const std::string& value, std::string_view meaning) {
+    line_(name, fmt::format("\"{}\"", value), "-", "text", meaning);
+  }
+  template <class Integer>
+  void integer(std::string_view name, Integer value, std::string_view unit, Range range,
+               std::string_view meaning) {
+    line_(name, fmt::format("{}", value), unit, range.text(), meaning);
+  }
+  void number(std::string_view name, double value, std::string_view unit, Range range, Need need,
+              std::string_view meaning) {
+    line_(name, toml_number(value), unit, allowed(range, need), meaning);
+  }
+  void integers(std::string_view name, const std::array<int, 3>& values, std::string_view unit,
+                Range range, Need need, std::string_view meaning) {
+    line_(name, fmt::format("[{}]", fmt::join(values, ", ")), unit, allowed(range, need), meaning);
+  }
+  void numbers(std::string_view name, const std::array<double, 3>& values, std::string_view unit,
+               Range range, Need need, std::string_view meaning) {
+    line_(name,
+          fmt::format("[{}, {}, {}]", toml_number(values[0]), toml_number(values[1]),
+                      toml_number(values[2])),
+          unit, allowed(range, need), meaning);
+  }
+  template <class Enum>
+  void word(std::string_view name, const Enum& value, const Words<Enum>& words,
+            std::string_view meaning) {
+    line_(name, fmt::format("\"{}\"", word_of(value, words)), "-", word_list(words), meaning);
+  }
+  template <class Enum>
+  void words(std::string_view name, const std::array<Enum, 2>& ends, const Words<Enum>& words,
+             std::string_view meaning) {
+    line_(name, fmt::format("[\"{}\", \"{}\"]", word_of(ends[0], words), word_of(ends[1], words)),
+          "-", word_list(words), meaning);
+  }
+
+ private:
+  static std::string allowed(Range range, Need need) {
+    return range.text() + (need == Need::required ? ", required" : "");
+  }
+  /// Shortest text that reads back as the same double and is a TOML float.
+  static std::string toml_number(double value) {
+    std::string text = fmt::format("{}", value);
+    if (text.find_first_of(".en") == std::string::npos) text += ".0";
+    return text;
+  }
+  Line line_;
+};
+
+/// What no single key can tell: the keys against each other.
+void check_together(const Settings& s) {
+  const auto fail = [&s](const std::string& sentence) {
+    throw UserError(fmt::format("{}: {}", s.file, sentence));
+  };
+  const auto is_periodic = [](const std::array<Wall, 2>& ends) {
+    return ends[0] == Wall::periodic || ends[1] == Wall::periodic;
+  };
+  for (const auto& [name, ends] : {std::pair{"boundary.x", s.boundary.x},
+                                   {"boundary.y", s.boundary.y},
+                                   {"boundary.z", s.boundary.z}})
+    if (is_periodic(ends) && ends[0] != ends[1])
+      fail(fmt::format("'{}' is periodic at one end only; set both ends.", name));
+  const double h = s.grid.length[0] / s.grid.cells[0];
+  for (std::size_t d = 1; d < 3; ++d) {
+    const double other = s.grid.length[d] / s.grid.cells[d];
+    if (std::abs(other - h) > 1e-9 * h)
+      fail(
+          fmt::format("grid.length / grid.cells is {} along x but {} along {}; cells must be "
+                      "cubes.",
+                      h, other, d == 1 ? "y" : "z"));
+  }
+  for (const double v : {s.boundary.y_lower_velocity[1], s.boundary.y_upper_velocity[1]})
+    if (v != 0.0) fail("a y wall moves in its own plane; its y velocity must be 0.");
+  if (s.flow.driving != Driving::none && !is_periodic(s.boundary.x))
+    fail("'flow.driving' needs 'boundary.x' = \"periodic\".");
+  if (s.start.from == Start::state && s.start.file.empty())
+    fail("'start.from' is \"state\", but 'start.file' is missing.");
+}
+
+/// Lays `extra` over `base`, table by table.
+void merge(toml::table& base, const toml::table& extra) {
+  for (const auto& [key, node] : extra) {
+    if (node.is_table() && base[key].is_table())
+      merge(*base[key].as_table(), *node.as_table());
+    else
+      base.insert_or_assign(key, node);
+  }
+}
+
+}  // namespace
+
+Settings parse_settings(const std::string& text, const std::string& file,
+                        const std::vector<std::string>& overrides) {
+  toml::table table;
+  try {
+    table = toml::parse(text, file);
+  } catch (const toml::parse_error& error) {
+    throw UserError(
+        fmt::format("{}, line {}: {}.", file, error.source().begin.line, error.description()));
+  }
+  for (const std::string& override_text : overrides) {
+    try {
+      merge(table, toml::parse(override_text));
+    } catch (const toml::parse_error& error) {
+      throw UserError(fmt::format("--set {}: {}; write it as in TOML, for instance time.end=20.",
+                                  override_text, error.description()));
+    }
+  }
+  Settings settings;
+  settings.file = file;
+  Reader reader(table, file);
+  declare_keys(settings, reader);
+  reader.finish();
+  check_together(settings);
+  return settings;
+}
+
+Settings read_settings(const std::string& file, const std::vector<std::string>& overrides) {
+  std::ifstream stream(file);
+  if (!stream) throw UserError(fmt::format("{}: the file cannot be opened.", file));
+  std::stringstream text;
+  text << stream.rdbuf();
+  return parse_settings(text.str(), file, overrides);
+}
+
+std::string settings_as_toml(const Settings& settings) {
+  std::string out;
+  Settings copy = settings;
+  Writer writer([&out](std::string_view name, const std::string& value, std::string_view unit,
+                       const std::string&, std::string_view meaning) {
+    out += fmt::format("{} = {}  # {}[{}]\n", name, value, meaning, unit);
+  });
+  declare_keys(copy, writer);
+  return out;
+}
+
+std::string describe_keys() {
+  std::string out;
+  Settings defaults;
+  Writer writer([&out](std::string_view name, const std::string& value, std::string_view unit,
+                       const std::string& allowed, std::string_view meaning) {
+    out += fmt::format("{}\n    {}\n    unit {}; {}; default {}\n", name, meaning, unit, allowed,
+                       value);
+  });
+  declare_keys(defaults, writer);
+  return out;
+}
+
+}  // namespace bedload

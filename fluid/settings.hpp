@@ -1,0 +1,98 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace bedload {
+
+/// What closes the box at one end of a direction.
+enum class Wall { periodic, no_slip, free_slip };
+
+/// What keeps the flow going.
+enum class Driving { none, bulk_velocity, pressure_gradient };
+
+/// The field that a run starts from.
+enum class Start { rest, laminar, logarithmic, state };
+
+/// Whether an effect is computed: decided from the scene, or by the user.
+enum class Switch { automatic, on, off };
+
+/// Everything that fluid.toml can say. The member initialisers are the defaults; name, unit, range
+/// and meaning of each key stand once, in settings.cpp.
+struct Settings {
+  std::string file;  ///< where it was read from, for messages
+
+  std::string title = "bedload";
+  struct Grid {
+    std::array<int, 3> cells{};
+    std::array<double, 3> length{};
+  } grid;
+  struct Boundary {
+    std::array<Wall, 2> x{Wall::periodic, Wall::periodic};
+    std::array<Wall, 2> y{Wall::no_slip, Wall::free_slip};
+    std::array<Wall, 2> z{Wall::periodic, Wall::periodic};
+    std::array<double, 3> y_lower_velocity{};
+    std::array<double, 3> y_upper_velocity{};
+  } boundary;
+  struct Fluid {
+    double density = 1.0;
+    double kinematic_viscosity = 0.0;
+    std::array<double, 3> gravity{};
+    Switch convection = Switch::on;
+  } fluid;
+  struct Flow {
+    Driving driving = Driving::none;
+    double bulk_velocity = 0.0;
+    double pressure_gradient = 0.0;
+  } flow;
+  struct Start_ {
+    Start from = Start::rest;
+    std::string file;
+    double velocity = 0.0;
+    double height = 0.0;
+    double disturbance = 0.0;
+    std::int64_t seed = 1;
+  } start;
+  struct Time {
+    double step = 0.0;
+    double end = 0.0;
+  } time;
+  struct Spheres {
+    int forcing_loops = 1;
+    double slip_tolerance = 0.0;
+    double retraction = -1.0;
+  } spheres;
+  struct Accuracy {
+    std::string precision = "double";
+  } accuracy;
+  struct Output {
+    double fields_every = 0.0;
+    double spheres_every = 0.0;
+    int history_every = 10;
+  } output;
+  struct Reference {
+    double velocity = 1.0;
+    double height = 1.0;
+    double diameter = 1.0;
+    double sphere_density = 0.0;
+  } reference;
+};
+
+/// Reads fluid.toml, then the overrides ("time.end=20", TOML syntax on the right-hand side).
+/// Throws UserError with file, key, the value found, what is allowed, and for an unknown key the
+/// nearest name.
+Settings read_settings(const std::string& file, const std::vector<std::string>& overrides = {});
+
+/// The same from TOML text; `file` only names it in messages.
+Settings parse_settings(const std::string& text, const std::string& file,
+                        const std::vector<std::string>& overrides = {});
+
+/// All values in force as TOML, with unit and meaning behind each, ready to be read again.
+std::string settings_as_toml(const Settings& settings);
+
+/// One line per key: name, default, unit, allowed values and meaning (bedload-fluid --help-keys).
+std::string describe_keys();
+
+}  // namespace bedload

@@ -1,0 +1,63 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fluid/errors.hpp"
+#include "fluid/settings.hpp"
+
+namespace bedload {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+const std::string smallest = R"(
+grid.cells = [8, 4, 4]
+grid.length = [2.0, 1.0, 1.0]
+fluid.kinematic_viscosity = 0.01
+[time]
+step = 0.1
+end = 1
+)";
+
+std::string complaint(const std::string& extra, const std::vector<std::string>& overrides = {}) {
+  try {
+    parse_settings(extra, "fluid.toml", overrides);
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "no complaint";
+}
+
+TEST(Settings, DefaultsAndGivenValues) {
+  const Settings s = parse_settings(smallest, "fluid.toml", {"time.end=20", "title=\"x\""});
+  EXPECT_EQ(s.grid.cells[0], 8);
+  EXPECT_EQ(s.time.end, 20.0);
+  EXPECT_EQ(s.title, "x");
+  EXPECT_EQ(s.boundary.y[1], Wall::free_slip);
+}
+
+TEST(Settings, MistakesNameFileKeyFoundAndAllowed) {
+  EXPECT_THAT(
+      complaint(smallest + "stepp = 1\n"),
+      AllOf(HasSubstr("fluid.toml, line 8"), HasSubstr("'time.stepp'"), HasSubstr("'time.step'")));
+  EXPECT_THAT(complaint(smallest, {"time.step=-1.0"}),
+              AllOf(HasSubstr("'time.step' is -1.0"), HasSubstr("above 0")));
+  EXPECT_THAT(complaint(smallest, {"flow.driving=\"bulk\""}),
+              AllOf(HasSubstr("bulk"), HasSubstr("\"bulk_velocity\"")));
+  EXPECT_THAT(complaint(smallest, {"time.step=\"fast\""}), HasSubstr("a number"));
+  EXPECT_THAT(complaint(smallest, {"time.step=nan"}), HasSubstr("a number"));
+  EXPECT_THAT(complaint(smallest, {"grid.cells=[8, 4]"}), HasSubstr("list of three"));
+  EXPECT_THAT(complaint(smallest, {"grid.cells=[8, 4, 5]"}), HasSubstr("cubes"));
+  EXPECT_THAT(complaint(smallest, {"boundary.y=[\"periodic\", \"no_slip\"]"}), HasSubstr("both"));
+  EXPECT_THAT(complaint("title = \"x\"\n"), HasSubstr("'grid.cells' is missing"));
+  EXPECT_THAT(complaint("title = \n"), HasSubstr("line 1"));
+}
+
+TEST(Settings, WrittenValuesReadBackTheSame) {
+  const Settings s = parse_settings(smallest, "fluid.toml", {"boundary.y=\"no_slip\""});
+  const std::string written = settings_as_toml(s);
+  EXPECT_EQ(written, settings_as_toml(parse_settings(written, "settings.toml")));
+}
+
+}  // namespace
+}  // namespace bedload
