@@ -1,0 +1,1 @@
+"""The launcher behind `./bedload`: builds, runs, tests. It computes nothing of the flow."""

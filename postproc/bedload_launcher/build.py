@@ -1,0 +1,90 @@
+"""Configures and builds with the release preset: quietly, with one progress line and a log."""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TextIO
+
+from .errors import UserError
+from .machine import compile_jobs
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "build" / "release"
+BIN = FOLDER / "bin"
+
+
+class ProgressLine:
+    """One line rewritten in place on a terminal; elsewhere a line every tenth of the way."""
+
+    def __init__(self, what: str, stream: TextIO = sys.stderr):
+        self._what, self._stream, self._last = what, stream, -1
+        self._in_place = stream.isatty()
+
+    def show(self, done: int, total: int) -> None:
+        if self._in_place:
+            self._stream.write(f"\r\033[Kbedload: {self._what} {done}/{total}")
+        elif done * 10 // max(total, 1) > self._last:
+            self._last = done * 10 // max(total, 1)
+            self._stream.write(f"bedload: {self._what} {done}/{total}\n")
+        self._stream.flush()
+
+    def finish(self) -> None:
+        if self._in_place:
+            self._stream.write("\r\033[K")
+            self._stream.flush()
+
+
+def _must_configure(ninja_file: Path) -> bool:
+    """Whether the build folder is missing, older than the presets, or from another place."""
+    presets = ROOT / "CMakePresets.json"
+    if not ninja_file.exists() or ninja_file.stat().st_mtime < presets.stat().st_mtime:
+        return True
+    cache = (FOLDER / "CMakeCache.txt").read_text(encoding="utf-8", errors="replace")
+    return f"CMAKE_HOME_DIRECTORY:INTERNAL={ROOT}\n" not in cache
+
+
+def _configure(log: Path) -> None:
+    if not _must_configure(FOLDER / "build.ninja"):
+        return
+    print("bedload: configuring", file=sys.stderr, flush=True)
+    with log.open("w", encoding="utf-8") as out:
+        code = subprocess.run(
+            ["cmake", "--preset", "release", "--fresh", "-S", str(ROOT)],
+            cwd=ROOT, stdout=out, stderr=subprocess.STDOUT, check=False,
+        ).returncode  # fmt: skip
+    if code != 0:
+        tail = [line for line in log.read_text(encoding="utf-8").splitlines() if line.strip()]
+        print("\n".join(tail[-25:]), file=sys.stderr)
+        raise UserError(f"configuring failed; the whole log is {log}.")
+
+
+def build(targets: Sequence[str] = ("all",)) -> None:
+    """Configures if needed and builds `targets`; does and prints nothing when all is up to date.
+
+    Raises UserError, after printing the compiler's words, when it does not succeed.
+    """
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    _configure(FOLDER / "configure.log")
+    log = FOLDER / "build.log"
+    progress = ProgressLine("building")
+    failed: list[str] = []
+    command = ["ninja", "-C", str(FOLDER), "-j", str(compile_jobs()), *targets]
+    environment = dict(os.environ, NINJA_STATUS="[%f/%t] ")
+    with log.open("w", encoding="utf-8") as out, subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
+        env=environment,
+    ) as ninja:  # fmt: skip
+        for line in ninja.stdout:
+            out.write(line)
+            step = re.match(r"\[(\d+)/(\d+)\] ", line)
+            if step:
+                progress.show(int(step[1]), int(step[2]))
+            if failed or line.startswith(("FAILED:", "ninja: error")):
+                failed.append(line)
+    progress.finish()
+    if ninja.returncode != 0:
+        sys.stderr.writelines(failed[:60])
+        raise UserError(f"the build failed; the whole log is {log}.")

@@ -1,0 +1,160 @@
+"""The command line: subcommands, their options, and what each one does in a few calls."""
+
+import argparse
+import difflib
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from . import job
+from .build import BIN, FOLDER, ROOT, build
+from .errors import UserError, unknown
+from .machine import processors
+from .scenes import DEFAULT, all_scenes, choose_model, find_scene
+
+PYTHON = ["/usr/bin/python3", "-I", "-B"]
+
+
+class Parser(argparse.ArgumentParser):
+    """Says what is wrong in one sentence and points to --help."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UserError(f"{message} (see {self.prog} --help)")
+
+
+def claim_output(out: Path) -> None:
+    """Makes room for a new run: an earlier run there moves to `<out>.previous` (one is kept).
+
+    Raises UserError when the folder holds something that is no run.
+    """
+    if not out.exists() or not any(out.iterdir()):
+        return
+    if not (out / "settings.toml").is_file():
+        raise UserError(f"{out} is not empty and holds no earlier run; name another with --out.")
+    previous = out.with_name(out.name + ".previous")
+    if previous.exists():
+        if not (previous / "settings.toml").is_file():
+            raise UserError(f"{previous} is in the way and holds no earlier run; move it aside.")
+        # Only what was once a run's output folder is ever removed.
+        subprocess.run(["rm", "-rf", "--", str(previous)], check=True)
+    out.rename(previous)
+
+
+def run(options: argparse.Namespace) -> int:
+    scene = find_scene(options.scene)
+    model = choose_model(scene, options.model)
+    name = f"{scene.name}-{model}" if model else scene.name
+    out = (options.out or Path("runs") / name).resolve()
+    ranks = job.Ranks.parse(options.ranks)
+    build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
+    claim_output(out)
+    out.mkdir(parents=True, exist_ok=True)
+    overrides = list(options.set)
+    work = job.Job(scene, model, ranks, out, overrides, options.steps)
+    status = job.run(work.command(), scene.folder)
+    if status != 0:
+        print(f"bedload: the run ended with status {status}; its output is {out}", file=sys.stderr)
+        return status
+    show = [*PYTHON, str(ROOT / "postproc" / "show.py"), str(out)]
+    return job.run(show + (["--no-pictures"] if options.no_pictures else []), Path.cwd())
+
+
+def test(options: argparse.Namespace) -> int:
+    build()
+    line = ["ctest", "--test-dir", str(FOLDER), "--output-on-failure", "-j", str(processors())]
+    return job.run(line + (["-R", options.only] if options.only else []), ROOT)
+
+
+def scenes(_: argparse.Namespace) -> int:
+    found = all_scenes()
+    width = max(map(len, found), default=0)
+    for name, scene in found.items():
+        mark = "*" if name == DEFAULT else " "
+        print(f"{mark} {name:<{width}}  {scene.summary()}")
+    return 0
+
+
+def bench(options: argparse.Namespace) -> int:
+    build()
+    programs = {file.name.removeprefix("bench_"): file for file in sorted(BIN.glob("bench_*"))}
+    if options.name is not None and options.name not in programs:
+        raise unknown("benchmark", options.name, programs)
+    chosen = [options.name] if options.name else list(programs)
+    # The status of the first benchmark that fails, else 0.
+    return next(filter(None, (job.run([str(programs[name])], ROOT) for name in chosen)), 0)
+
+
+def parser() -> tuple[Parser, dict[str, Parser]]:
+    """The parser and its subcommands by name."""
+    top = Parser(
+        prog="bedload",
+        description="Grains on the bed of a turbulent open channel: installs what is missing, "
+        "builds, and then does one of these.",
+    )
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    def command(name: str, action, sentence: str) -> Parser:
+        sub = commands.add_parser(name, help=sentence, description=sentence, allow_abbrev=False)
+        sub.set_defaults(action=action)
+        return sub
+
+    sub = command("run", run, "run a scene and show the result")
+    sub.add_argument(
+        "scene", nargs="?", default=DEFAULT, metavar="SCENE",
+        help=f"a name from `bedload scenes`, or a folder with a fluid.toml (default: {DEFAULT})",
+    )  # fmt: skip
+    sub.add_argument("--model", help="collision model: a file of inputs/models, without its ending")
+    sub.add_argument(
+        "--ranks", metavar="FLUID:DEM",
+        help="MPI ranks of the fluid and of LIGGGHTS (default: every core, and 1 that sleeps)",
+    )  # fmt: skip
+    sub.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE",
+        help="a value of fluid.toml for this run, for instance time.end=20; may be repeated",
+    )  # fmt: skip
+    sub.add_argument("--steps", type=int, metavar="N", help="stop after N fluid steps")
+    sub.add_argument(
+        "--out", type=Path, metavar="DIR", help="output folder (default: runs/SCENE-MODEL)"
+    )
+    sub.add_argument("--no-pictures", action="store_true", help="numbers only at the end")
+
+    sub = command("test", test, "build everything and pass the tests")
+    sub.add_argument("--only", metavar="REGEX", help="only the tests whose name matches")
+
+    command("scenes", scenes, "list the scenes, one line each (* is the default)")
+
+    sub = command("bench", bench, "run the benchmarks, one line of JSON per measurement")
+    sub.add_argument("name", nargs="?", metavar="NAME", help="only this benchmark")
+    return top, commands.choices
+
+
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """Options of the line; unknown commands and options are refused with the nearest name."""
+    top, commands = parser()
+    if not arguments:
+        top.print_help()
+        sys.exit(0)
+    if not arguments[0].startswith("-") and arguments[0] not in commands:
+        raise unknown("command", arguments[0], commands)
+    options, left_over = top.parse_known_args(arguments)
+    if left_over:
+        known = [flag for flag in commands[options.command]._option_string_actions]
+        near = difflib.get_close_matches(left_over[0].split("=")[0], known, n=1, cutoff=0.5)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise UserError(f"bedload {options.command} has no '{left_over[0]}'{hint}")
+    return options
+
+
+def main() -> int:
+    os.environ.update(job.environment())
+    try:
+        options = parse(sys.argv[1:])
+        return options.action(options)
+    except UserError as error:
+        print(f"bedload: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130

@@ -1,0 +1,92 @@
+"""One MPI job: the mpirun line, its environment, its signals, its status."""
+
+import os
+import signal
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from .build import BIN
+from .errors import UserError
+from .machine import cores
+from .scenes import Scene
+
+# Root may run (a container often has no other user); ranks are not bound, since a waiting LIGGGHTS
+# rank sleeps and leaves its core to the fluid; more ranks than cores are allowed for that reason.
+MPI_ENVIRONMENT = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_hwloc_base_binding_policy": "none",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+}
+FORWARDED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1, signal.SIGUSR2)
+
+
+def environment() -> dict[str, str]:
+    """This process's environment with what Open MPI needs; a user's own choice stands."""
+    return MPI_ENVIRONMENT | dict(os.environ)
+
+
+@dataclass(frozen=True)
+class Ranks:
+    fluid: int
+    dem: int
+
+    @classmethod
+    def parse(cls, text: str | None) -> "Ranks":
+        """'FLUID:DEM' or 'FLUID'; None: the fluid gets every core, LIGGGHTS one sleeping rank."""
+        if text is None:
+            return cls(cores(), 1)
+        parts = text.split(":")
+        if len(parts) > 2 or not all(part.isdigit() and int(part) > 0 for part in parts):
+            raise UserError(f"--ranks is '{text}', but must be FLUID:DEM, for instance 4:1.")
+        return cls(int(parts[0]), int(parts[1]) if len(parts) == 2 else 1)
+
+
+@dataclass(frozen=True)
+class Job:
+    scene: Scene
+    model: str | None
+    ranks: Ranks
+    out: Path
+    overrides: Sequence[str] = ()
+    steps: int | None = None
+
+    def command(self) -> list[str]:
+        """The line that a person could type in the scene's folder."""
+        fluid = [str(BIN / "bedload-fluid"), "fluid.toml", "--out", str(self.out)]
+        for override in self.overrides:
+            fluid += ["--set", override]
+        if self.steps is not None:
+            fluid += ["--steps", str(self.steps)]
+        line = ["mpirun", "--quiet", "-np", str(self.ranks.fluid), *fluid]
+        if self.scene.moves_grains:
+            dem = [str(BIN / "bedload-dem"), "-in", "in.liggghts", "-var", "out", str(self.out)]
+            if self.model:
+                dem += ["-var", "model", self.model]
+            dem += ["-log", str(self.out / "log.liggghts")]
+            line += [":", "-np", str(self.ranks.dem), *dem]
+        return line
+
+
+def run(command: Sequence[str], folder: Path) -> int:
+    """Runs `command` in `folder`, its output going straight to the terminal.
+
+    Signals to the launcher are passed on; returns the exit status, 128 + n when killed by signal n.
+    """
+    # A process group of its own, so that Ctrl-C reaches mpirun once, through us: a second one
+    # within seconds would make it give up the ranks without letting them finish.
+    child = subprocess.Popen(
+        command, cwd=folder, env=environment(), stdin=subprocess.DEVNULL, process_group=0
+    )
+    before = {
+        number: signal.signal(number, lambda received, _: child.send_signal(received))
+        for number in FORWARDED
+    }
+    try:
+        code = child.wait()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    return code if code >= 0 else 128 - code

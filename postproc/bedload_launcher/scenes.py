@@ -1,0 +1,89 @@
+"""Scenes (folders with a fluid.toml) and collision models (inputs/models/*.liggghts)."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from .build import ROOT
+from .errors import UserError, unknown
+
+INPUTS = ROOT / "inputs"
+DEFAULT = "exposed_sphere"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One scene: its folder, and what the folder says about it."""
+
+    folder: Path
+
+    @property
+    def name(self) -> str:
+        return self.folder.name
+
+    @property
+    def script(self) -> Path:
+        return self.folder / "in.liggghts"
+
+    @property
+    def moves_grains(self) -> bool:
+        """Without a LIGGGHTS script no LIGGGHTS is started."""
+        return self.script.is_file()
+
+    def default_model(self) -> str | None:
+        """The model that the script itself sets (`variable model index NAME`), if any."""
+        if not self.moves_grains:
+            return None
+        found = re.search(
+            r"^\s*variable\s+model\s+(?:index|string)\s+(\w+)",
+            self.script.read_text(encoding="utf-8"),
+            re.MULTILINE,
+        )
+        return found[1] if found else None
+
+    def summary(self) -> str:
+        """The first sentence of the scene's README, its title left out."""
+        readme = self.folder / "README.md"
+        if not readme.is_file():
+            return ""
+        text = readme.read_text(encoding="utf-8")
+        body = [part for part in re.split(r"\n\s*\n", text) if part.strip()[:1] not in ("#", "")]
+        sentence = re.match(r".*?[.:](?=\s|$)", " ".join(body[0].split())) if body else None
+        return sentence[0] if sentence else ""
+
+
+def all_scenes() -> dict[str, Scene]:
+    return {file.parent.name: Scene(file.parent) for file in sorted(INPUTS.glob("*/fluid.toml"))}
+
+
+def find_scene(name: str) -> Scene:
+    """A scene by its name under inputs/, or any folder with a fluid.toml by its path."""
+    shipped = all_scenes()
+    if name in shipped:
+        return shipped[name]
+    folder = Path(name)
+    if (folder / "fluid.toml").is_file():
+        return Scene(folder.resolve())
+    if folder.is_dir():
+        raise UserError(f"the folder {name} has no fluid.toml, so it is no scene.")
+    raise unknown("scene", name, shipped)
+
+
+def models() -> list[str]:
+    return sorted(file.stem for file in (INPUTS / "models").glob("*.liggghts"))
+
+
+def choose_model(scene: Scene, asked: str | None) -> str | None:
+    """The model's name, or None where the scene has none to choose."""
+    if asked is None:
+        return scene.default_model()
+    if not scene.moves_grains:
+        raise UserError(f"scene '{scene.name}' has no in.liggghts, so --model {asked} says nothing.")
+    if scene.default_model() is None:
+        raise UserError(
+            f"{scene.script} has no line 'variable model index NAME', so --model cannot change it."
+        )
+    own = sorted(file.stem for file in scene.folder.glob("models/*.liggghts"))
+    if asked not in models() + own:
+        raise unknown("model", asked, models() + own)
+    return asked
