@@ -1,0 +1,234 @@
+"""The files of a run's output folder, read as arrays. The one place that knows their names."""
+
+import csv
+import math
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+BLOCK_ROWS = 1_000_000  # sphere samples held in memory at a time (about 150 MB)
+
+
+class MissingOutput(Exception):
+    """A file or value that the run did not write; one sentence."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Rows of the mobile spheres' table: n samples, in the order of time.
+
+    time (n) [T], tag (n), position and velocity (n, 3) [L], [L/T], angular_velocity (n, 3) [1/T],
+    radius (n) [L].
+    """
+
+    time: np.ndarray
+    tag: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    angular_velocity: np.ndarray
+    radius: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def of(self, tag: int) -> "Samples":
+        """The rows of one sphere."""
+        rows = self.tag == tag
+        return Samples(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+
+@dataclass(frozen=True)
+class Collisions:
+    """Finished collisions: tags of both partners (-1: a wall), first and last instant [T]."""
+
+    tag_i: np.ndarray
+    tag_j: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Cell-centred fields at one instant; each of shape (nz, ny, nx)."""
+
+    step: int
+    time: float
+    x: np.ndarray  # cell faces, n+1 values
+    y: np.ndarray
+    z: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    w: np.ndarray
+
+
+class Run:
+    """One output folder. Arrays are read when asked for."""
+
+    def __init__(self, folder: Path):
+        self.folder = Path(folder)
+        if not (self.folder / "settings.toml").is_file():
+            raise MissingOutput(f"{self.folder} has no settings.toml, so it is no output of a run.")
+
+    @property
+    def name(self) -> str:
+        return self.folder.resolve().name
+
+    @cached_property
+    def settings(self) -> dict:
+        """Every value in force, as nested tables."""
+        return tomllib.loads((self.folder / "settings.toml").read_text(encoding="utf-8"))
+
+    def value(self, key: str):
+        """One value by its dotted name, as fluid.toml has it."""
+        node = self.settings
+        for part in key.split("."):
+            if not isinstance(node, dict) or part not in node:
+                raise MissingOutput(f"settings.toml of {self.folder} has no '{key}'.")
+            node = node[part]
+        return node
+
+    @property
+    def bulk_velocity(self) -> float:
+        return self.value("reference.velocity")
+
+    @property
+    def depth(self) -> float:
+        return self.value("reference.height")
+
+    @property
+    def diameter(self) -> float:
+        return self.value("reference.diameter")
+
+    @property
+    def viscosity(self) -> float:
+        return self.value("fluid.kinematic_viscosity")
+
+    @property
+    def submerged_weight(self) -> float:
+        """(rho_p - rho_f) g of the mobile spheres [M/(L^2 T^2)], 0 where none are meant."""
+        gravity = math.hypot(*self.value("fluid.gravity"))
+        density = self.value("reference.sphere_density")
+        return (density - self.value("fluid.density")) * gravity if density > 0 else 0.0
+
+    @cached_property
+    def box(self) -> np.ndarray:
+        """Edge lengths, shape (3)."""
+        return np.array(self.value("grid.length"), dtype=float)
+
+    @cached_property
+    def periods(self) -> np.ndarray:
+        """Edge length where the direction is periodic, infinity where it has walls, shape (3)."""
+        ends = [self.value(f"boundary.{axis}") for axis in "xyz"]
+        periodic = ["periodic" in (end if isinstance(end, list) else [end]) for end in ends]
+        return np.where(periodic, self.box, np.inf)
+
+    def table(self, file: str) -> dict[str, np.ndarray]:
+        """A CSV file by columns; columns that hold no numbers come as text."""
+        path = self.folder / file
+        if not path.is_file():
+            raise MissingOutput(f"{self.folder} has no {file}.")
+        with path.open(newline="", encoding="utf-8") as stream:
+            rows = csv.reader(stream)
+            header = next(rows, [])
+            columns = list(zip(*(row for row in rows if len(row) == len(header)), strict=True))
+        if not columns:
+            return {name.strip(): np.array([]) for name in header}
+        return {
+            name.strip(): _numbers_or_text(column)
+            for name, column in zip(header, columns, strict=True)
+        }
+
+    def history(self) -> dict[str, np.ndarray]:
+        return self.table("history.csv")
+
+    def timing(self) -> dict[str, np.ndarray]:
+        return self.table("timing.csv")
+
+    def collisions(self) -> Collisions:
+        """The collision table; empty where no collision has finished."""
+        path = self.folder / "collisions.csv"
+        names = ("tag_i", "tag_j", "time_start", "time_end")
+        with path.open(encoding="utf-8") if path.is_file() else open("/dev/null") as stream:
+            header = [name.strip() for name in stream.readline().split(",")]
+            if header == [""]:
+                header = list(names)
+            missing = [name for name in names if name not in header]
+            if missing:
+                raise MissingOutput(f"{path} has no column '{missing[0]}'.")
+            lines = (line for line in stream if line.strip())
+            first = next(lines, None)
+            if first is None:
+                data = np.empty((0, 4))
+            else:
+                columns = [header.index(name) for name in names]
+                # loadtxt parses in C: a million rows in about two seconds.
+                data = np.loadtxt(_chain(first, lines), delimiter=",", usecols=columns, ndmin=2)
+        return Collisions(data[:, 0].astype(int), data[:, 1].astype(int), data[:, 2], data[:, 3])
+
+    def sample_blocks(self, rows: int = BLOCK_ROWS) -> Iterator[Samples]:
+        """The mobile spheres' samples, at most `rows` at a time, in the order of time."""
+        path = self.folder / "spheres.h5"
+        if not path.is_file():
+            return
+        with h5py.File(path, "r") as file:
+            if "mobile" not in file:
+                return
+            group = file["mobile"]
+            count = group["time"].shape[0]
+            for first in range(0, count, rows):
+                part = slice(first, min(first + rows, count))
+                yield Samples(*(group[name][part] for name in Samples.__dataclass_fields__))
+
+    def samples(self) -> Samples:
+        """All samples at once: for runs of a few grains."""
+        blocks = list(self.sample_blocks())
+        if not blocks or not sum(map(len, blocks)):
+            raise MissingOutput(f"{self.folder} has no samples of mobile spheres.")
+        return Samples(
+            *(np.concatenate([getattr(b, n) for b in blocks]) for n in Samples.__dataclass_fields__)
+        )
+
+    def fixed_spheres(self) -> tuple[np.ndarray, np.ndarray]:
+        """Centres (n, 3) and radii (n) of the bed; empty where there is none."""
+        path = self.folder / "spheres.h5"
+        if path.is_file():
+            with h5py.File(path, "r") as file:
+                if "fixed" in file:
+                    return file["fixed/position"][:].reshape(-1, 3), file["fixed/radius"][:]
+        return np.empty((0, 3)), np.empty(0)
+
+    def last_snapshot(self) -> Snapshot:
+        """The fields of the latest snapshot."""
+        path = self.folder / "fields.h5"
+        if not path.is_file():
+            raise MissingOutput(f"{self.folder} has no fields.h5.")
+        with h5py.File(path, "r") as file:
+            steps = sorted(name for name in file if name.startswith("step_"))
+            if not steps:
+                raise MissingOutput(f"{path} holds no snapshot.")
+            group = file[steps[-1]]
+            return Snapshot(
+                int(group.attrs["step"]), float(group.attrs["time"]),
+                *(file[f"grid/{axis}"][:] for axis in "xyz"),
+                *(group[name][:] for name in "uvw"),
+            )  # fmt: skip
+
+
+def _numbers_or_text(column: tuple[str, ...]) -> np.ndarray:
+    try:
+        return np.array(column, dtype=float)
+    except ValueError:
+        return np.array(column, dtype=str)
+
+
+def _chain(first: str, rest: Iterator[str]) -> Iterator[str]:
+    yield first
+    yield from rest
