@@ -1,0 +1,135 @@
+#pragma once
+
+#include <algorithm>
+#include <cassert>
+#include <cstddef>
+#include <cstdlib>
+#include <memory>
+#include <new>
+#include <vector>
+
+#include "fluid/grid.hpp"
+
+namespace bedload {
+
+inline constexpr std::size_t cache_line = 64;
+
+/// Memory on cache-line boundaries, set to zero.
+template <class Real>
+class AlignedArray {
+ public:
+  AlignedArray() = default;
+  explicit AlignedArray(std::size_t size) : size_(size) {
+    const std::size_t bytes = (size * sizeof(Real) + cache_line - 1) / cache_line * cache_line;
+    void* memory = std::aligned_alloc(cache_line, std::max(bytes, cache_line));
+    if (!memory) throw std::bad_alloc();
+    data_.reset(static_cast<Real*>(memory));
+    std::fill_n(data_.get(), size, Real{});
+  }
+  Real* data() { return data_.get(); }
+  const Real* data() const { return data_.get(); }
+  std::size_t size() const { return size_; }
+  Real& operator[](std::size_t n) { return data_.get()[n]; }
+  const Real& operator[](std::size_t n) const { return data_.get()[n]; }
+
+ private:
+  struct Free {
+    void operator()(Real* memory) const { std::free(memory); }
+  };
+  std::unique_ptr<Real, Free> data_;
+  std::size_t size_ = 0;
+};
+
+/// Values on a slab of y planes, with one ghost layer all around.
+///
+/// Storage from slowest to fastest: plane j, row k, component c, x. A row starts on a cache line
+/// and ends with a pad that holds its own upper x ghost and the next row's lower one: row(j, k,
+/// c)[i] is valid for i = -1 .. nx. Planes are local, j = -1 .. planes. Rows k = -1 .. nz go
+/// through a table: with periodic z the ghost rows are the opposite rows themselves, otherwise they
+/// have storage of their own. One whole plane is one contiguous block, so that a halo message needs
+/// no packing.
+template <class Real>
+class Field {
+ public:
+  Field(const Grid& grid, int planes, int components)
+      : nx_(grid.cells[0]), nz_(grid.cells[2]), planes_(planes), components_(components) {
+    constexpr std::size_t lane = cache_line / sizeof(Real);
+    stride_ = (static_cast<std::size_t>(nx_) + 2 + lane - 1) / lane * lane;
+    row_stride_ = stride_ * static_cast<std::size_t>(components);
+    const int stored_rows = grid.periodic(2) ? nz_ : nz_ + 2;
+    plane_stride_ = row_stride_ * static_cast<std::size_t>(stored_rows);
+    for (int k = -1; k <= nz_; ++k) {
+      const int stored = grid.periodic(2) ? (k + nz_) % nz_ : k + 1;
+      rows_.push_back(static_cast<std::size_t>(stored) * row_stride_);
+    }
+    data_ = AlignedArray<Real>(lane + plane_stride_ * static_cast<std::size_t>(planes + 2));
+    first_ = lane;
+  }
+
+  int nx() const { return nx_; }
+  int nz() const { return nz_; }
+  int planes() const { return planes_; }
+  int components() const { return components_; }
+
+  /// Pointer to i = 0 of a row; j = -1 .. planes, k = -1 .. nz.
+  Real* row(int j, int k, int c = 0) { return data_.data() + offset(j, k, c); }
+  const Real* row(int j, int k, int c = 0) const { return data_.data() + offset(j, k, c); }
+
+  /// Distance between two components of one row, in values.
+  std::size_t component_stride() const { return stride_; }
+
+  /// The contiguous block of one plane: all its rows with both x ghosts. It begins one value before
+  /// the first row, at that row's lower ghost.
+  Real* plane(int j) { return data_.data() + plane_offset(j) - 1; }
+  const Real* plane(int j) const { return data_.data() + plane_offset(j) - 1; }
+  std::size_t plane_size() const { return plane_stride_; }
+
+  void fill(Real value) { std::fill_n(data_.data(), data_.size(), value); }
+
+  std::size_t bytes() const { return data_.size() * sizeof(Real); }
+
+ private:
+  std::size_t plane_offset(int j) const {
+    assert(j >= -1 && j <= planes_);
+    return first_ + static_cast<std::size_t>(j + 1) * plane_stride_;
+  }
+  std::size_t offset(int j, int k, int c) const {
+    assert(k >= -1 && k <= nz_ && c >= 0 && c < components_);
+    return plane_offset(j) + rows_[static_cast<std::size_t>(k + 1)] +
+           static_cast<std::size_t>(c) * stride_;
+  }
+
+  int nx_, nz_, planes_, components_;
+  std::size_t stride_ = 0, row_stride_ = 0, plane_stride_ = 0, first_ = 0;
+  std::vector<std::size_t> rows_;
+  AlignedArray<Real> data_;
+};
+
+/// Copies the periodic x neighbours into the pads of one plane: row[-1] = row[nx-1], row[nx] =
+/// row[0].
+template <class Real>
+void wrap_x_ghosts(Field<Real>& field, int j) {
+  const int nx = field.nx();
+  for (int k = 0; k < field.nz(); ++k)
+    for (int c = 0; c < field.components(); ++c) {
+      Real* row = field.row(j, k, c);
+      row[-1] = row[nx - 1];
+      row[nx] = row[0];
+    }
+}
+
+/// The reverse: adds what was left in the periodic x ghosts to the cells that they stand for, and
+/// empties the ghosts.
+template <class Real>
+void fold_x_ghosts(Field<Real>& field, int j) {
+  const int nx = field.nx();
+  for (int k = 0; k < field.nz(); ++k)
+    for (int c = 0; c < field.components(); ++c) {
+      Real* row = field.row(j, k, c);
+      row[nx - 1] += row[-1];
+      row[0] += row[nx];
+      row[-1] = row[nx] = Real{};
+    }
+}
+
+}  // namespace bedload

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <array>
+
+namespace bedload {
+
+/// Low-storage Runge-Kutta scheme of third order for the explicit terms,
+///
+///   u_k = u_{k-1} + dt (gamma_k N(u_{k-1}) + zeta_k N(u_{k-2})) - 2 alpha_k dt grad p,
+///
+/// 2 alpha_k = gamma_k + zeta_k being the part of the step that stage k covers. A. Wray's
+/// coefficients as used by Rai & Moin, J. Comput. Phys. 96 (1991) 15, and by Uhlmann,
+/// J. Comput. Phys. 209 (2005) 448, eq. (8).
+struct Stage {
+  double gamma;      ///< weight of the present tendency
+  double zeta;       ///< weight of the tendency of the stage before
+  double two_alpha;  ///< share of the time step
+};
+
+inline constexpr int stage_count = 3;
+inline constexpr std::array<Stage, stage_count> runge_kutta{{
+    {8.0 / 15.0, 0.0, 8.0 / 15.0},
+    {5.0 / 12.0, -17.0 / 60.0, 2.0 / 15.0},
+    {3.0 / 4.0, -5.0 / 12.0, 1.0 / 3.0},
+}};
+
+/// Stability on the axes of the complex plane: |omega dt| for pure convection, |lambda dt| for pure
+/// diffusion (of any third-order three-stage scheme: 1 + z + z^2/2 + z^3/6).
+inline constexpr double imaginary_limit = 1.7320508075688772;
+inline constexpr double real_limit = 2.5127453266183286;
+
+}  // namespace bedload
