@@ -13,11 +13,11 @@ open channel flow". Between two collisions a grain
 with R from the grain's centre straight down to the bed. The jump's height is the highest point over
 the take-off.
 
-Two things the definitions leave open are settled here. A contact may last: contacts of a grain that
-overlap in time are one *contact phase*, what lies between two of them is a *free phase*. In a
-contact phase the grain rests by the same speed, and otherwise creeps, since it never leaves the
-bed. And the record begins and ends somewhere: the first and the last phase count in the shares of
-time, but are not `complete` and stay out of jump heights and slip lengths.
+Two things the definitions leave open are settled here. A contact may last, and several may overlap
+(a grain in its pocket): a grain's time is cut wherever one of its contacts begins or ends. While it
+touches something it rests by the same speed, and otherwise creeps, since it never leaves the bed.
+And the record begins and ends somewhere: the first and the last phase count in the shares of time,
+but are not `complete` and stay out of jump heights and slip lengths.
 
 The samples come in blocks in the order of time, so that their number is bounded by the disk alone;
 per grain and block the work is a few vectorised sweeps.
@@ -92,25 +92,21 @@ def unwrap(position: np.ndarray, periods: np.ndarray) -> np.ndarray:
     return np.concatenate([position[:1], position[1:] - shift])
 
 
-def contact_phases(start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Merges one grain's contacts that overlap in time; returns first and last instants."""
-    if len(start) == 0:
-        return start, end
-    order = np.argsort(start, kind="stable")
-    start, last = start[order], np.maximum.accumulate(end[order])
-    first_of_phase = np.concatenate([[True], start[1:] > last[:-1]])
-    return start[first_of_phase], last[np.append(first_of_phase[1:], True)]
+def timeline(
+    start: np.ndarray, end: np.ndarray, first: float, last: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Cuts one grain's record wherever a contact begins or ends.
 
-
-def _timeline(start: np.ndarray, end: np.ndarray, first: float, last: float):
-    """Edges (m+1) of one grain's phases from `first` to `last`, and which of the m touch."""
-    start, end = contact_phases(start, end)
+    `start`, `end` (n): its contacts in any order; `first`, `last`: the record. Returns the edges
+    (m+1) of its phases and which of the m touch something (m).
+    """
     inside = (end > first) & (start < last)
     start, end = np.maximum(start[inside], first), np.minimum(end[inside], last)
-    edges = np.concatenate([[first], np.column_stack([start, end]).ravel(), [last]])
-    contact = np.arange(len(edges) - 1) % 2 == 1
-    keep = np.diff(edges) > 0.0
-    return np.append(edges[:-1][keep], last), contact[keep]
+    edges = np.unique(np.concatenate([[first, last], start, end]))
+    # Contacts begun less contacts ended, counted at each phase's beginning.
+    begun = np.searchsorted(np.sort(start), edges[:-1], side="right")
+    ended = np.searchsorted(np.sort(end), edges[:-1], side="right")
+    return edges, begun > ended
 
 
 class _Grain:
@@ -222,7 +218,7 @@ def analyse(
     for grain, (first, last) in ranges.items():
         if last > first:
             rows = rows_of.get(grain, none)
-            edges, contact = _timeline(start[rows], end[rows], first, last)
+            edges, contact = timeline(start[rows], end[rows], first, last)
             grains[grain] = _Grain(edges, contact, periods)
     for block in blocks():
         for grain, rows in _group(block.tag):

@@ -14,7 +14,7 @@ from bedload_post.states import (
     RESTING,
     analyse,
     classify,
-    contact_phases,
+    timeline,
     unwrap,
 )
 from synthetic import Story, merge_in_time
@@ -62,10 +62,24 @@ def test_thresholds_scale_with_bulk_velocity_and_diameter():
     assert classify(speed, distance, no, 1.0, 1.0) == [JUMPING]
 
 
-def test_contacts_that_overlap_are_one_phase():
-    start, end = contact_phases(np.array([5.0, 0.0, 0.5, 2.0]), np.array([6.0, 3.0, 1.0, 2.5]))
-    assert start.tolist() == [0.0, 5.0]
-    assert end.tolist() == [3.0, 6.0]
+def test_time_is_cut_where_contacts_begin_and_end():
+    start, end = np.array([5.0, 0.5, 1.0, 4.0]), np.array([6.0, 3.0, 1.5, 5.0])
+    edges, contact = timeline(start, end, 0.0, 7.0)
+    assert edges.tolist() == [0.0, 0.5, 1.0, 1.5, 3.0, 4.0, 5.0, 6.0, 7.0]
+    assert contact.tolist() == [False, True, True, True, False, True, True, False]
+
+
+def test_contacts_beyond_the_record_are_clipped():
+    edges, contact = timeline(np.array([-1.0, 3.5, 8.0]), np.array([1.0, 9.0, 9.0]), 0.0, 4.0)
+    assert edges.tolist() == [0.0, 1.0, 3.5, 4.0]
+    assert contact.tolist() == [True, False, True]
+
+
+def test_rest_ends_when_the_first_contact_of_the_pocket_is_lost():
+    story = Story().touch().piece(5.0).piece(1.0, (0.3, 0, 0)).touch()
+    story.contacts += [(story.contacts[0][0], 5.002), (0.0, 6.002)]
+    phases = analysed(story)
+    assert phases.shares() == pytest.approx([5 / 6, 1 / 6, 0.0], abs=2e-3)
 
 
 def test_a_jump_has_its_height_length_and_slip():
