@@ -1,0 +1,315 @@
+"""picture.png: the scene at the last snapshot, rendered by VTK.
+
+Streamwise velocity on an upright plane along the flow, through the fastest grain, and on one across
+it at the box's end; the bed in grey, mobile spheres coloured by their speed. VTK of Debian 12
+renders without a screen only under a virtual X server (`xvfb-run -a`).
+"""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import vtk
+from matplotlib import colormaps
+from vtk.util.numpy_support import numpy_to_vtk
+
+from .outputs import MissingOutput, Run, Samples, Snapshot
+
+SIZE = (1800, 1000)
+# Colour map and the part of it in use; a grain at rest stays apart from fast fluid.
+FLOW_COLOURS, GRAIN_COLOURS = ("YlGnBu_r", 0.0, 1.0), ("YlOrRd", 0.4, 1.0)
+INK = (0.13, 0.15, 0.18)
+
+
+def _scale(colours: tuple[str, float, float], low: float, high: float) -> vtk.vtkLookupTable:
+    """A part of a matplotlib colour map as a VTK table over [low, high]."""
+    name, first, last = colours
+    table = vtk.vtkLookupTable()
+    table.SetNumberOfTableValues(256)
+    for i, colour in enumerate(colormaps[name](np.linspace(first, last, 256))):
+        table.SetTableValue(i, *colour)
+    table.SetRange(low, high)
+    table.Build()
+    return table
+
+
+def _centres(faces: np.ndarray) -> np.ndarray:
+    return 0.5 * (faces[1:] + faces[:-1])
+
+
+def _plane(
+    snapshot: Snapshot, normal: int, at: float, table: vtk.vtkLookupTable
+) -> vtk.vtkActor:
+    """u on the plane normal to axis `normal` (0, 1, 2 for x, y, z) at the coordinate `at`."""
+    faces = [snapshot.x, snapshot.y, snapshot.z]
+    axis = 2 - normal  # of the arrays, stored (z, y, x)
+    index = int(np.argmin(np.abs(_centres(faces[normal]) - at)))
+    values = np.take(snapshot.u, index, axis=axis)
+
+    grid = vtk.vtkRectilinearGrid()
+    coordinates = [
+        np.array([at]) if d == normal else np.asarray(_centres(faces[d])) for d in range(3)
+    ]
+    # The outermost samples are drawn out to the box's ends, half a cell away.
+    for d in range(3):
+        if d != normal:
+            coordinates[d] = coordinates[d].copy()
+            coordinates[d][[0, -1]] = faces[d][[0, -1]]
+    grid.SetDimensions(*map(len, coordinates))
+    grid.SetXCoordinates(numpy_to_vtk(coordinates[0], deep=True))
+    grid.SetYCoordinates(numpy_to_vtk(coordinates[1], deep=True))
+    grid.SetZCoordinates(numpy_to_vtk(coordinates[2], deep=True))
+    field = numpy_to_vtk(np.ascontiguousarray(values, dtype=np.float32).ravel(), deep=True)
+    field.SetName("u")
+    grid.GetPointData().SetScalars(field)
+
+    surface = vtk.vtkGeometryFilter()
+    surface.SetInputData(grid)
+    mapper = vtk.vtkPolyDataMapper()
+    mapper.SetInputConnection(surface.GetOutputPort())
+    mapper.SetLookupTable(table)
+    mapper.SetScalarRange(*table.GetRange())
+    mapper.InterpolateScalarsBeforeMappingOn()
+    actor = vtk.vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().LightingOff()
+    return actor
+
+
+def _spheres(centres: np.ndarray, radii: np.ndarray, speed=None, table=None) -> vtk.vtkActor:
+    """Spheres at `centres` (n, 3); grey, or coloured by `speed` (n)."""
+    points = vtk.vtkPoints()
+    points.SetData(numpy_to_vtk(np.ascontiguousarray(centres, dtype=np.float32), deep=True))
+    data = vtk.vtkPolyData()
+    data.SetPoints(points)
+    for name, values in (("radius", radii), ("speed", speed)):
+        if values is not None:
+            array = numpy_to_vtk(np.asarray(values, dtype=np.float32), deep=True)
+            array.SetName(name)
+            data.GetPointData().AddArray(array)
+    ball = vtk.vtkSphereSource()
+    ball.SetRadius(1.0)
+    ball.SetThetaResolution(48)
+    ball.SetPhiResolution(32)
+    mapper = vtk.vtkGlyph3DMapper()
+    mapper.SetInputData(data)
+    mapper.SetSourceConnection(ball.GetOutputPort())
+    mapper.SetScaleArray("radius")
+    mapper.SetScaleModeToScaleByMagnitude()
+    actor = vtk.vtkActor()
+    actor.SetMapper(mapper)
+    look = actor.GetProperty()
+    look.SetInterpolationToPhong()
+    look.SetAmbient(0.25)
+    look.SetDiffuse(0.75)
+    look.SetSpecular(0.25)
+    look.SetSpecularPower(30)
+    if speed is None:
+        mapper.ScalarVisibilityOff()
+        look.SetColor(0.82, 0.80, 0.75)
+    else:
+        mapper.SetScalarModeToUsePointFieldData()
+        mapper.SelectColorArray("speed")
+        mapper.SetLookupTable(table)
+        mapper.SetScalarRange(*table.GetRange())
+    return actor
+
+
+def _frame(box: np.ndarray) -> vtk.vtkActor:
+    cube = vtk.vtkCubeSource()
+    cube.SetBounds(0, box[0], 0, box[1], 0, box[2])
+    edges = vtk.vtkExtractEdges()
+    edges.SetInputConnection(cube.GetOutputPort())
+    mapper = vtk.vtkPolyDataMapper()
+    mapper.SetInputConnection(edges.GetOutputPort())
+    actor = vtk.vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(*INK)
+    actor.GetProperty().SetLineWidth(1.5)
+    actor.GetProperty().SetLighting(False)
+    return actor
+
+
+def _floor(box: np.ndarray) -> vtk.vtkActor:
+    plane = vtk.vtkPlaneSource()
+    plane.SetOrigin(0, 0, 0)
+    plane.SetPoint1(box[0], 0, 0)
+    plane.SetPoint2(0, 0, box[2])
+    mapper = vtk.vtkPolyDataMapper()
+    mapper.SetInputConnection(plane.GetOutputPort())
+    actor = vtk.vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(0.45, 0.43, 0.40)
+    return actor
+
+
+def _style_text(style: vtk.vtkTextProperty, size: int) -> None:
+    style.SetFontFamilyToArial()
+    style.SetFontSize(size)
+    style.SetColor(*INK)
+    style.BoldOff()
+    style.ItalicOff()
+    style.ShadowOff()
+
+
+def _colour_bar(table: vtk.vtkLookupTable, title: str, left: float) -> vtk.vtkScalarBarActor:
+    bar = vtk.vtkScalarBarActor()
+    bar.SetLookupTable(table)
+    bar.SetTitle(title)
+    bar.SetOrientationToHorizontal()
+    bar.SetNumberOfLabels(5)
+    bar.SetLabelFormat("%.2g")
+    bar.UnconstrainedFontSizeOn()
+    bar.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
+    bar.SetPosition(left, 0.015)
+    bar.SetWidth(0.32)
+    bar.SetHeight(0.1)
+    bar.SetVerticalTitleSeparation(10)
+    bar.SetBarRatio(0.3)
+    _style_text(bar.GetTitleTextProperty(), 24)
+    _style_text(bar.GetLabelTextProperty(), 20)
+    return bar
+
+
+def _caption(text: str) -> vtk.vtkTextActor:
+    actor = vtk.vtkTextActor()
+    actor.SetInput(text)
+    _style_text(actor.GetTextProperty(), 28)
+    actor.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
+    actor.SetPosition(0.03, 0.945)
+    return actor
+
+
+def bring_into_view(
+    snapshot: Snapshot, periods: np.ndarray, grain: np.ndarray
+) -> tuple[Snapshot, np.ndarray]:
+    """Turns a periodic box so that `grain` (3) comes to 0.4 of its length and to its back (z = 0).
+
+    Returns the turned fields and the shift (3) of positions, a whole number of cells.
+    """
+    shift = np.zeros(3)
+    u = snapshot.u
+    for d, (faces, place) in enumerate(zip((snapshot.x, snapshot.y, snapshot.z), (0.4, 0, 0))):
+        if d != 1 and np.isfinite(periods[d]):
+            h = faces[1] - faces[0]
+            cells = round((place * periods[d] - grain[d]) / h)
+            u = np.roll(u, cells, axis=2 - d)
+            shift[d] = cells * h
+    return replace(snapshot, u=u), shift
+
+
+def _latest(run: Run, time: float) -> Samples | None:
+    """Each mobile sphere's last sample up to `time`; None where there is none."""
+    latest: Samples | None = None
+    for block in run.sample_blocks():
+        rows = np.flatnonzero(block.time <= time * (1 + 1e-9) + 1e-12)
+        if len(rows) == 0:
+            break
+        last_time = block.time[rows[-1]]
+        rows = rows[block.time[rows] == last_time]
+        latest = Samples(*(getattr(block, n)[rows] for n in Samples.__dataclass_fields__))
+    return latest
+
+
+def _wrap(position: np.ndarray, periods: np.ndarray) -> np.ndarray:
+    """Positions (n, 3) inside the box where it is periodic; a rounding below 0 stays at 0."""
+    period = np.where(np.isfinite(periods), periods, 1.0)
+    turns = np.where(np.isfinite(periods), np.floor(position / period + 1e-9), 0.0)
+    return position - turns * period
+
+
+def _highest_speed(run: Run) -> float:
+    """Of any mobile sphere in the whole run: one colour means one speed in all its pictures."""
+    speeds = (np.linalg.norm(b.velocity, axis=1).max() for b in run.sample_blocks() if len(b))
+    return float(max(speeds, default=0.0))
+
+
+def _soft_shadows(renderer: vtk.vtkRenderer, reach: float) -> None:
+    """Darkens what lies close under something else, as far as `reach` [L]."""
+    renderer.UseSSAOOn()
+    renderer.SetSSAORadius(reach)
+    renderer.SetSSAOBias(0.02 * reach)
+    renderer.SetSSAOKernelSize(128)
+    renderer.SSAOBlurOn()
+
+
+def _camera(renderer: vtk.vtkRenderer, box: np.ndarray, focus_y: float) -> None:
+    """Looks down the flow from the side and above, the whole box in view."""
+    camera = vtk.vtkCamera()
+    focus = np.array([0.5 * box[0], focus_y, 0.5 * box[2]])
+    towards = np.array([-0.42, 0.50, 1.0])
+    camera.SetFocalPoint(*focus)
+    camera.SetPosition(*(focus + 3.0 * box.max() * towards))
+    camera.SetViewUp(0, 1, 0)
+    camera.SetViewAngle(22)
+    renderer.SetActiveCamera(camera)
+    renderer.ResetCamera(0, box[0], 0, box[1], 0, box[2])
+    camera.Zoom(1.24)
+    camera.SetWindowCenter(0.0, -0.13)  # leaves the lower edge to the colour bars
+    renderer.ResetCameraClippingRange()
+
+
+def render(run: Run, file: Path) -> None:
+    """Renders the latest snapshot of `run` into `file`. Raises MissingOutput without fields."""
+    snapshot = run.last_snapshot()
+    box, scale = run.box, run.bulk_velocity
+    bed, bed_radii = run.fixed_spheres()
+    mobile = _latest(run, snapshot.time)
+
+    highest = float(np.percentile(snapshot.u, 99.8))
+    snapshot = replace(snapshot, u=snapshot.u / scale)
+    if mobile is not None:
+        fastest = mobile.position[np.argmax(np.linalg.norm(mobile.velocity, axis=1))]
+        snapshot, shift = bring_into_view(snapshot, run.periods, fastest)
+        bed, grains = _wrap(bed + shift, run.periods), _wrap(mobile.position + shift, run.periods)
+
+    renderer = vtk.vtkRenderer()
+    renderer.SetBackground(1.0, 1.0, 1.0)
+    renderer.UseFXAAOn()
+    flow = _scale(FLOW_COLOURS, 0.0, max(highest / scale, 1e-12))
+    bed_top = float((bed[:, 1] + bed_radii).max()) if len(bed) else 0.0
+    renderer.AddActor(_floor(box))
+    renderer.AddActor(_plane(snapshot, 2, 0.0, flow))
+    renderer.AddActor(_plane(snapshot, 0, box[0], flow))
+    if len(bed):
+        renderer.AddActor(_spheres(bed, bed_radii))
+    caption = f"{run.name}, t = {snapshot.time:.4g}"
+    if mobile is not None:
+        caption += " (periodic box turned: the plane along the flow cuts the fastest grain)"
+        speed = np.linalg.norm(mobile.velocity, axis=1) / scale
+        speeds = _scale(GRAIN_COLOURS, 0.0, max(_highest_speed(run) / scale, 1e-3))
+        renderer.AddActor(_spheres(grains, mobile.radius, speed, speeds))
+        renderer.AddActor2D(_colour_bar(speeds, "grain speed / u_b", 0.60))
+    renderer.AddActor2D(_colour_bar(flow, "streamwise velocity u / u_b", 0.08))
+    renderer.AddActor(_frame(box))
+    renderer.AddActor2D(_caption(caption))
+    _camera(renderer, box, 0.5 * (bed_top + box[1]))
+
+    if len(bed):
+        _soft_shadows(renderer, 1.5 * float(bed_radii.max()))
+
+    window = vtk.vtkRenderWindow()
+    window.SetOffScreenRendering(1)
+    window.SetMultiSamples(0)  # FXAA smooths instead
+    window.SetSize(*SIZE)
+    window.AddRenderer(renderer)
+    window.Render()
+    image = vtk.vtkWindowToImageFilter()
+    image.SetInput(window)
+    image.ReadFrontBufferOff()
+    image.Update()
+    writer = vtk.vtkPNGWriter()
+    writer.SetFileName(str(file))
+    writer.SetInputConnection(image.GetOutputPort())
+    writer.Write()
+
+
+def main(arguments: list[str]) -> int:
+    folder = Path(arguments[0])
+    try:
+        render(Run(folder), folder / "picture.png")
+    except MissingOutput as missing:
+        print(missing, file=sys.stderr)
+        return 1
+    return 0
