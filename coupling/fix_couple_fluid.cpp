@@ -1,0 +1,297 @@
+#include "coupling/fix_couple_fluid.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+#include "atom.h"
+#include "comm.h"
+#include "coupling/attach.hpp"
+#include "coupling/clock.hpp"
+#include "coupling/stages.hpp"
+#include "domain.h"
+#include "fix_gravity.h"
+#include "fix_property_atom.h"
+#include "force.h"
+#include "group.h"
+#include "integrate.h"
+#include "lammps.h"
+#include "liggghts_styles/keywords.hpp"
+#include "liggghts_styles/mobility.hpp"
+#include "modify.h"
+#include "pair.h"
+#include "update.h"
+
+namespace bedload {
+namespace {
+
+constexpr const char* force_name = "couple_force";
+constexpr const char* torque_name = "couple_torque";
+
+/// A vector per atom that migrates with it and goes into restart files.
+LAMMPS_NS::FixPropertyAtom* add_vector_per_atom(LAMMPS_NS::Modify& modify, const char* name,
+                                                const char* caller) {
+  std::array<const char*, 11> words{
+      name, "all", "property/atom", name, "vector", "yes", "no", "no", "0.", "0.", "0."};
+  return modify.add_fix_property_atom(static_cast<int>(words.size()),
+                                      const_cast<char**>(words.data()), caller);
+}
+
+Triple triple(const double* v) { return {v[0], v[1], v[2]}; }
+
+template <class T>
+T reduced(T value, MPI_Datatype type, MPI_Op operation, MPI_Comm world) {
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, type, operation, world);
+  return value;
+}
+
+}  // namespace
+
+FixCoupleFluid::FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp_, int narg, char** arg)
+    : Fix(lmp_, narg, arg), side_(attached(world)) {
+  if (side_ == nullptr)
+    stop_run(lmp,
+             "fix couple/fluid: this job has no fluid; start both programs, mpirun -np N "
+             "bedload-fluid fluid.toml : -np M bedload-dem -in in.liggghts");
+  for (int word = 3; word < narg; word += 2) {
+    if (std::string_view(arg[word]) != "fixed" || word + 1 == narg)
+      stop_run(lmp,
+               fmt::format("fix couple/fluid: found '{}', allowed is 'fixed GROUP'", arg[word]));
+    const int found = group->find(arg[word + 1]);
+    if (found < 0)
+      stop_run(lmp, fmt::format("fix couple/fluid: the group '{}' behind 'fixed' does not exist",
+                                arg[word + 1]));
+    fixed_bit_ = group->bitmask[found];
+  }
+  if (modify->n_fixes_style_strict("couple/fluid") > 0)
+    stop_run(lmp, "fix couple/fluid: the script has another one already; one is enough");
+  if (atom->map_style == 0)
+    stop_run(lmp, "fix couple/fluid needs the line 'atom_modify map array' before the box is made");
+
+  vector_flag = 1;
+  size_vector = 6;
+  global_freq = 1;
+  extvector = 1;
+
+  const FluidFacts& fluid = side_->facts();
+  dt_fluid_ = fluid.time_step;
+  viscosity_ = fluid.density * fluid.kinematic_viscosity;
+  fluid_density_ = fluid.density;
+  cell_size_ = fluid.cell_size;
+}
+
+void FixCoupleFluid::post_create() {
+  force_ = add_vector_per_atom(*modify, force_name, style);
+  torque_ = add_vector_per_atom(*modify, torque_name, style);
+}
+
+void FixCoupleFluid::pre_delete(bool unfixflag) {
+  if (!unfixflag) return;
+  modify->delete_fix(force_name);
+  modify->delete_fix(torque_name);
+}
+
+int FixCoupleFluid::setmask() { return LAMMPS_NS::FixConst::POST_FORCE; }
+
+void FixCoupleFluid::init() {
+  if (!run_allowed_)
+    stop_run(
+        lmp,
+        "fix couple/fluid: 'run' moves the grains without the fluid; use coupled_run, and put a "
+        "dry run before this fix or behind 'unfix'");
+  // LIGGGHTS makes these anew when it reads a restart.
+  force_ = static_cast<LAMMPS_NS::FixPropertyAtom*>(
+      modify->find_fix_property(force_name, "property/atom", "vector", 3, 0, style));
+  torque_ = static_cast<LAMMPS_NS::FixPropertyAtom*>(
+      modify->find_fix_property(torque_name, "property/atom", "vector", 3, 0, style));
+}
+
+void FixCoupleFluid::setup(int vflag) {
+  post_force(vflag);
+  done_ = {};
+}
+
+void* FixCoupleFluid::extract(const char* name, int& dim) {
+  dim = 0;
+  const std::string_view wanted(name);
+  if (wanted == "dt_fluid") return &dt_fluid_;
+  if (wanted == "viscosity") return &viscosity_;
+  if (wanted == "fluid_density") return &fluid_density_;
+  if (wanted == "cell_size") return &cell_size_;
+  return nullptr;
+}
+
+// f_i += F_i, torque_i += T_i, and the impulse that this gives to the spheres of this rank:
+//   J += sum_i F_i dt
+void FixCoupleFluid::post_force(int) {
+  double** const held_force = force_->array_atom;
+  double** const held_torque = torque_->array_atom;
+  for (int i = 0; i < atom->nlocal; ++i) {
+    if (!is_mobile(atom->mask[i])) continue;
+    for (std::size_t d = 0; d < 3; ++d) {
+      atom->f[i][d] += held_force[i][d];
+      atom->torque[i][d] += held_torque[i][d];
+      done_.impulse[d] += held_force[i][d] * update->dt;
+      done_.angular_impulse[d] += held_torque[i][d] * update->dt;
+    }
+  }
+}
+
+double FixCoupleFluid::compute_vector(int n) {
+  double** const held = n < 3 ? force_->array_atom : torque_->array_atom;
+  double sum = 0.0;
+  for (int i = 0; i < atom->nlocal; ++i)
+    if (is_mobile(atom->mask[i])) sum += held[i][n % 3];
+  return reduced(sum, MPI_DOUBLE, MPI_SUM, world);
+}
+
+void FixCoupleFluid::set_time_step(double fluid_time_step) {
+  const double dt = dem_time_step(fluid_time_step);
+  update->timestep_set = true;
+  dt_fluid_ = fluid_time_step;
+  if (dt == update->dt) return;
+  update->update_time();  // the time so far was made of steps of the old length
+  update->dt = dt;
+  if (update->integrate) update->integrate->reset_dt();
+  if (force->pair) force->pair->reset_dt();
+  for (int i = 0; i < modify->nfix; ++i) modify->fix[i]->reset_dt();
+}
+
+bool FixCoupleFluid::receive_loads() {
+  stage_ = side_->receive_loads();
+  if (side_->stopped()) return false;
+  done_ = {};
+  done_.began = clock_seconds();
+  done_.step = stage_.header.step;
+  done_.stage = stage_.header.stage;
+  hold_loads();
+  return true;
+}
+
+// Velocity Verlet's first half kick of the stage still uses the forces of the previous step's end.
+// The new stage's load replaces the old one's there, so that a load acts for exactly its own stage:
+//   f_i += F_i(new) - F_i(old)
+void FixCoupleFluid::hold_loads() {
+  double** const held_force = force_->array_atom;
+  double** const held_torque = torque_->array_atom;
+  for (const LoadRecord& load : stage_.loads) {
+    const int i = atom->map(static_cast<int>(load.tag));
+    if (i < 0 || i >= atom->nlocal) continue;  // another rank's
+    for (std::size_t d = 0; d < 3; ++d) {
+      atom->f[i][d] += load.force[d] - held_force[i][d];
+      atom->torque[i][d] += load.torque[d] - held_torque[i][d];
+      held_force[i][d] = load.force[d];
+      held_torque[i][d] = load.torque[d];
+    }
+  }
+  project_forces();
+}
+
+// Fixes that project forces (a sphere held in its plane, say) and stand behind this one have seen
+// the old load; they see the new one now. Projecting twice changes nothing.
+void FixCoupleFluid::project_forces() {
+  constexpr std::array<std::string_view, 4> projecting{"freeze", "setforce", "lineforce",
+                                                       "planeforce"};
+  for (int n = modify->my_index(this) + 1; n < modify->nfix; ++n)
+    if (std::find(projecting.begin(), projecting.end(), modify->fix[n]->style) != projecting.end())
+      modify->fix[n]->post_force(0);
+}
+
+void FixCoupleFluid::send_motion() {
+  done_.collisions = finished_collisions();
+  done_.ended = clock_seconds();
+  side_->send_motion(done_, states(false));
+}
+
+std::int64_t FixCoupleFluid::finished_collisions() const {
+  LAMMPS_NS::Fix* const table = modify->find_fix_style_strict("collision/table", 0);
+  if (table == nullptr) return -1;
+  int dim = 0;
+  const auto* const count = static_cast<const std::int64_t*>(table->extract("finished_here", dim));
+  return count == nullptr ? -1 : *count;
+}
+
+std::vector<StateRecord> FixCoupleFluid::states(bool with_fixed) const {
+  std::vector<StateRecord> records;
+  for (int i = 0; i < atom->nlocal; ++i) {
+    const bool mobile = is_mobile(atom->mask[i]);
+    if (!mobile && !(with_fixed && is_fixed(atom->mask[i]))) continue;
+    Triple position = triple(atom->x[i]);
+    domain->remap(position.data());
+    records.push_back({atom->tag[i], position, triple(atom->v[i]), triple(atom->omega[i]),
+                       atom->radius[i], mobile ? 1 : 0});
+  }
+  return records;
+}
+
+void FixCoupleFluid::shake_hands() {
+  if (side_->introduced()) return;
+  check_atoms();
+  side_->introduce(collect_facts(), describe_effects(), states(true));
+}
+
+// A fixed sphere that something moves would leave its markers behind.
+void FixCoupleFluid::check_atoms() const {
+  const Mobility mobility(lmp);
+  int moving = std::numeric_limits<int>::max();
+  for (int i = 0; i < atom->nlocal; ++i)
+    if (is_fixed(atom->mask[i]) && !mobility.held(atom->mask[i]))
+      moving = std::min(moving, atom->tag[i]);
+  moving = reduced(moving, MPI_INT, MPI_MIN, world);
+  if (moving != std::numeric_limits<int>::max())
+    stop_run(lmp,
+             fmt::format("fix couple/fluid: atom {} is in the group behind 'fixed' but is moved "
+                         "by an integrating fix; freeze it ('fix ID GROUP freeze') or keep the "
+                         "integrating fix to the other atoms",
+                         moving));
+}
+
+DemFacts FixCoupleFluid::collect_facts() const {
+  DemFacts facts{};
+  facts.box_low = triple(domain->boxlo);
+  facts.box_high = triple(domain->boxhi);
+  facts.periodic = {domain->periodicity[0], domain->periodicity[1], domain->periodicity[2]};
+  facts.has_gravity = modify->n_fixes_style_strict("gravity") > 0 ? 1 : 0;
+  for (int n = 0; n < modify->n_fixes_style_strict("gravity"); ++n) {
+    auto* const gravity =
+        static_cast<LAMMPS_NS::FixGravity*>(modify->find_fix_style_strict("gravity", n));
+    // It knows its vector only after these; the forces are cleared before the first step.
+    gravity->init();
+    gravity->post_force(0);
+    double g[3];
+    gravity->get_gravity(g);
+    for (std::size_t d = 0; d < 3; ++d) facts.gravity[d] += g[d];
+  }
+  facts.force_factor = force->ftm2v;
+  facts.smallest_radius = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < atom->nlocal; ++i) {
+    if ((atom->mask[i] & groupbit) == 0) continue;
+    ++(is_mobile(atom->mask[i]) ? facts.mobile : facts.fixed);
+    facts.smallest_radius = std::min(facts.smallest_radius, atom->radius[i]);
+    facts.largest_radius = std::max(facts.largest_radius, atom->radius[i]);
+  }
+  facts.mobile = reduced(facts.mobile, MPI_INT64_T, MPI_SUM, world);
+  facts.fixed = reduced(facts.fixed, MPI_INT64_T, MPI_SUM, world);
+  facts.smallest_radius = reduced(facts.smallest_radius, MPI_DOUBLE, MPI_MIN, world);
+  facts.largest_radius = reduced(facts.largest_radius, MPI_DOUBLE, MPI_MAX, world);
+  facts.density = facts.kinematic_viscosity = std::numeric_limits<double>::quiet_NaN();
+  return facts;
+}
+
+std::string FixCoupleFluid::describe_effects() const {
+  const bool contacts = force->pair != nullptr;
+  std::string text = fmt::format("collisions\t{}\t{}\n", contacts ? "on" : "off",
+                                 contacts ? fmt::format("pair_style {}", force->pair_style)
+                                          : "the LIGGGHTS script has no pair_style");
+  const bool lubrication = modify->n_fixes_style_strict("lubrication") > 0;
+  text +=
+      fmt::format("lubrication\t{}\t{}\n", lubrication ? "on" : "off",
+                  lubrication ? "fix lubrication" : "the LIGGGHTS script has no fix lubrication");
+  return text;
+}
+
+}  // namespace bedload

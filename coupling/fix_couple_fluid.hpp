@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "coupling/dem_side.hpp"
+#include "fix.h"
+
+namespace LAMMPS_NS {
+class FixPropertyAtom;
+}
+
+namespace bedload {
+
+/// fix ID group couple/fluid [fixed GROUP]
+///
+/// The spheres of `group` are in the fluid. Those that are in the group behind `fixed` as well
+/// never move: the fluid hears of them once. The others carry the force and torque that the fluid
+/// sends, constant over one Runge-Kutta stage; they are kept per atom, migrate with it, and are
+/// added after the contact forces of each step. The command coupled_run drives it.
+///
+/// Global vector (f_ID[1..6]): sum of force and torque on the spheres. Per-atom values:
+/// f_couple_force[1..3], f_couple_torque[1..3].
+class FixCoupleFluid : public LAMMPS_NS::Fix {
+ public:
+  FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp, int narg, char** arg);
+
+  void post_create() override;
+  void pre_delete(bool unfixflag) override;
+  int setmask() override;
+  void init() override;
+  void setup(int vflag) override;
+  void post_force(int vflag) override;
+  double compute_vector(int n) override;
+
+  /// For contact models: pointers to doubles that stay valid as long as the fix lives. "dt_fluid"
+  /// [T], "viscosity" (dynamic) [M/(L T)], "fluid_density" [M/L^3], "cell_size" [L].
+  void* extract(const char* name, int& dim) override;
+
+  // What coupled_run calls. Collective.
+
+  /// Tells the fluid about the scene, the first time only.
+  void shake_hands();
+  double fluid_time_step() const { return dt_fluid_; }
+  /// Holds the fluid's time step: LIGGGHTS' own becomes a fifteenth of it, everywhere.
+  void set_time_step(double fluid_time_step);
+  /// Waits for the next stage's loads; false: the fluid has ended the coupled run.
+  bool receive_loads();
+  /// Sends the motion to the fluid.
+  void send_motion();
+
+  const LoadHeader& stage() const { return stage_.header; }
+  /// Only coupled_run may move the spheres while this fix exists.
+  void allow_run(bool allowed) { run_allowed_ = allowed; }
+
+ private:
+  bool is_mobile(int mask) const { return (mask & groupbit) != 0 && (mask & fixed_bit_) == 0; }
+  bool is_fixed(int mask) const { return (mask & groupbit) != 0 && (mask & fixed_bit_) != 0; }
+  void hold_loads();
+  void project_forces();
+  DemFacts collect_facts() const;
+  std::string describe_effects() const;
+  /// Counted on this rank by fix collision/table; -1: there is none.
+  std::int64_t finished_collisions() const;
+  std::vector<StateRecord> states(bool with_fixed) const;
+  void check_atoms() const;
+
+  DemSide* side_;
+  int fixed_bit_ = 0;
+  bool run_allowed_ = false;
+  LAMMPS_NS::FixPropertyAtom* force_ = nullptr;
+  LAMMPS_NS::FixPropertyAtom* torque_ = nullptr;
+  StageLoads stage_;
+  StateHeader done_{};
+  double dt_fluid_ = 0.0, viscosity_ = 0.0, fluid_density_ = 0.0, cell_size_ = 0.0;
+};
+
+}  // namespace bedload

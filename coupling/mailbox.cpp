@@ -1,0 +1,57 @@
+#include "coupling/mailbox.hpp"
+
+#include <limits>
+#include <utility>
+
+#include "coupling/wait.hpp"
+
+namespace bedload {
+
+void Outbox::post(int to, Subject subject, std::shared_ptr<const Bytes> message) {
+  assert(message->size() <= static_cast<std::size_t>(std::numeric_limits<int>::max()));
+  all_gone();
+  MPI_Request request;
+  MPI_Isend(message->data(), static_cast<int>(message->size()), MPI_BYTE, to,
+            static_cast<int>(subject), partner_, &request);
+  letters_.push_back({request, std::move(message)});
+}
+
+bool Outbox::all_gone() {
+  std::erase_if(letters_, [](Letter& letter) {
+    int gone = 0;
+    MPI_Test(&letter.request, &gone, MPI_STATUS_IGNORE);
+    return gone != 0;
+  });
+  return letters_.empty();
+}
+
+void Outbox::push(double seconds) {
+  wait_until_or([this] { return all_gone(); }, seconds);
+}
+
+void Outbox::flush() {
+  wait_until([this] { return all_gone(); });
+}
+
+Bytes receive(MPI_Comm partner, int from, Subject subject) {
+  MPI_Message message;
+  MPI_Status status;
+  wait_until([&] {
+    int there = 0;
+    MPI_Improbe(from, static_cast<int>(subject), partner, &there, &message, &status);
+    return there != 0;
+  });
+  int size = 0;
+  MPI_Get_count(&status, MPI_BYTE, &size);
+  Bytes bytes(static_cast<std::size_t>(size));
+  MPI_Request request;
+  MPI_Imrecv(bytes.data(), size, MPI_BYTE, &message, &request);
+  wait_until([&] {
+    int done = 0;
+    MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+    return done != 0;
+  });
+  return bytes;
+}
+
+}  // namespace bedload

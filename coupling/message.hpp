@@ -1,0 +1,144 @@
+#pragma once
+
+#include <array>
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "fluid/sphere.hpp"
+
+namespace bedload {
+
+/// Raised whenever a record below, or who sends it when, changes.
+inline constexpr std::int32_t protocol_number = 1;
+
+using Triple = std::array<double, 3>;
+using Bytes = std::vector<std::byte>;
+
+/// Motion of one sphere on the wire, LIGGGHTS -> fluid. Position wrapped into the periodic box.
+struct StateRecord {
+  std::int64_t tag;
+  Triple position;
+  Triple velocity;
+  Triple spin;
+  double radius;
+  std::int64_t mobile;
+};
+
+/// Force and torque on one sphere on the wire, fluid -> LIGGGHTS.
+struct LoadRecord {
+  std::int64_t tag;
+  Triple force;
+  Triple torque;
+};
+
+enum class Order : std::int32_t { advance, stop };
+
+/// Heads the loads of one stage.
+struct LoadHeader {
+  std::int64_t step;       ///< fluid step that is being made, from 0
+  std::int32_t stage;      ///< 0, 1, 2
+  Order order;             ///< stop: no loads follow, the coupled run is over
+  double fluid_time_step;  ///< [T]
+  std::int32_t last;       ///< 1: the fluid makes no step after this one
+  std::int32_t spare;
+};
+
+/// Heads the states of one stage.
+struct StateHeader {
+  std::int64_t step;
+  std::int64_t stage;
+  Triple impulse;           ///< sum over this rank's spheres and sub-steps of force dt [M L/T]
+  Triple angular_impulse;   ///< the same of the torque [M L^2/T]
+  std::int64_t collisions;  ///< finished so far, counted on this rank; -1: nobody counts
+  double began, ended;      ///< clock [s] around the sub-steps, for the time line
+};
+
+/// What the fluid knows of the scene: sent as soon as fluid.toml is read.
+struct FluidFacts {
+  Triple length;  ///< box from the origin [L]
+  std::array<std::int32_t, 3> periodic;
+  std::int32_t spare;
+  Triple gravity;              ///< [L/T^2]
+  double density;              ///< [M/L^3]
+  double kinematic_viscosity;  ///< [L^2/T]
+  double time_step;            ///< [T]
+  double cell_size;            ///< [L]
+};
+
+/// What LIGGGHTS knows of it: sent at the first coupled_run; a text (one effect per line:
+/// name, state, reason, separated by tabs) follows.
+struct DemFacts {
+  Triple box_low, box_high;  ///< [L]
+  std::array<std::int32_t, 3> periodic;
+  std::int32_t has_gravity;  ///< a fix gravity exists
+  Triple gravity;            ///< [L/T^2]
+  double force_factor;       ///< LIGGGHTS' ftm2v: 1 in units where force = mass * acceleration
+  std::int64_t mobile, fixed;
+  double smallest_radius, largest_radius;  ///< [L]
+  double density, kinematic_viscosity;     ///< as the script states them; NaN: it does not
+};
+
+template <class T>
+concept Record = std::is_trivially_copyable_v<T> && std::is_standard_layout_v<T>;
+
+static_assert(Record<StateRecord> && Record<LoadRecord> && Record<LoadHeader> &&
+              Record<StateHeader> && Record<FluidFacts> && Record<DemFacts>);
+
+/// A number that differs when sizes or places of the records' members differ; both programs compare
+/// theirs before the first message.
+constexpr std::uint64_t layout_fingerprint() {
+  std::uint64_t hash = 14695981039346656037ULL;  // FNV-1a
+  for (const std::size_t number :
+       {sizeof(StateRecord), offsetof(StateRecord, spin), offsetof(StateRecord, mobile),
+        sizeof(LoadRecord), offsetof(LoadRecord, torque), sizeof(LoadHeader),
+        offsetof(LoadHeader, fluid_time_step), sizeof(StateHeader),
+        offsetof(StateHeader, collisions), sizeof(FluidFacts), offsetof(FluidFacts, gravity),
+        offsetof(FluidFacts, cell_size), sizeof(DemFacts), offsetof(DemFacts, gravity),
+        offsetof(DemFacts, mobile), offsetof(DemFacts, kinematic_viscosity)})
+    hash = (hash ^ number) * 1099511628211ULL;
+  return hash;
+}
+
+/// Header and items one behind the other.
+template <Record Header, Record Item>
+Bytes pack(const Header& header, std::span<const Item> items) {
+  Bytes bytes(sizeof(Header) + items.size_bytes());
+  std::memcpy(bytes.data(), &header, sizeof(Header));
+  if (!items.empty()) std::memcpy(bytes.data() + sizeof(Header), items.data(), items.size_bytes());
+  return bytes;
+}
+
+template <Record Header>
+Header unpack_header(const Bytes& bytes) {
+  assert(bytes.size() >= sizeof(Header));
+  Header header;
+  std::memcpy(&header, bytes.data(), sizeof(Header));
+  return header;
+}
+
+/// Appends the items behind the header to `items`.
+template <Record Header, Record Item>
+void unpack_items(const Bytes& bytes, std::vector<Item>& items) {
+  const std::size_t body = bytes.size() - sizeof(Header);
+  assert(bytes.size() >= sizeof(Header) && body % sizeof(Item) == 0);
+  const std::size_t before = items.size();
+  items.resize(before + body / sizeof(Item));
+  if (body > 0) std::memcpy(items.data() + before, bytes.data() + sizeof(Header), body);
+}
+
+inline Triple triple(const Vec3& v) { return {v[0], v[1], v[2]}; }
+inline Vec3 vec3(const Triple& t) { return {t[0], t[1], t[2]}; }
+
+inline SphereState sphere_state(const StateRecord& r) {
+  return {r.tag, vec3(r.position), vec3(r.velocity), vec3(r.spin), r.radius, r.mobile != 0};
+}
+inline LoadRecord load_record(const SphereLoad& l) {
+  return {l.tag, triple(l.force), triple(l.torque)};
+}
+
+}  // namespace bedload
