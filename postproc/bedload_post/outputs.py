@@ -36,10 +36,9 @@ class Samples:
     def __len__(self) -> int:
         return len(self.time)
 
-    def of(self, tag: int) -> "Samples":
-        """The rows of one sphere."""
-        rows = self.tag == tag
-        return Samples(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+    def rows(self, which) -> "Samples":
+        """The rows that an index array, mask or slice picks."""
+        return Samples(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
 
 
 @dataclass(frozen=True)
@@ -187,14 +186,13 @@ class Run:
                 part = slice(first, min(first + rows, count))
                 yield Samples(*(group[name][part] for name in Samples.__dataclass_fields__))
 
-    def samples(self) -> Samples:
-        """All samples at once: for runs of a few grains."""
-        blocks = list(self.sample_blocks())
-        if not blocks or not sum(map(len, blocks)):
-            raise MissingOutput(f"{self.folder} has no samples of mobile spheres.")
-        return Samples(
-            *(np.concatenate([getattr(b, n) for b in blocks]) for n in Samples.__dataclass_fields__)
-        )
+    def samples_of(self, tag: int) -> Samples:
+        """All samples of one sphere."""
+        parts = [block.rows(block.tag == tag) for block in self.sample_blocks()]
+        if not sum(map(len, parts)):
+            raise MissingOutput(f"{self.folder} has no samples of sphere {tag}.")
+        names = Samples.__dataclass_fields__
+        return Samples(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
 
     def fixed_spheres(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres (n, 3) and radii (n) of the bed; empty where there is none."""

@@ -56,14 +56,9 @@ def _line(axes, points: np.ndarray, state: np.ndarray) -> None:
     axes.plot(rests[:, 0], rests[:, 1], ".", color=COLOURS[RESTING], ms=7, mew=0, zorder=5)
 
 
-def _thin(samples: Samples) -> Samples:
-    step = max(1, len(samples) // MOST_POINTS)
-    return Samples(*(getattr(samples, n)[::step] for n in Samples.__dataclass_fields__))
-
-
 def draw(run: Run, phases: Phases, samples: Samples, tag: int, file: Path) -> None:
     """Draws the path of the grain `tag`, whose samples are given, into `file`."""
-    samples = _thin(samples)
+    samples = samples.rows(slice(None, None, max(1, len(samples) // MOST_POINTS)))
     diameter, box = run.diameter, run.box
     points = unwrap(samples.position, run.periods) / diameter
     state = state_at(samples.time, phases, tag)

@@ -5,7 +5,6 @@ it at the box's end; the bed in grey, mobile spheres coloured by their speed. VT
 renders without a screen only under a virtual X server (`xvfb-run -a`).
 """
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +13,7 @@ import vtk
 from matplotlib import colormaps
 from vtk.util.numpy_support import numpy_to_vtk
 
-from .outputs import MissingOutput, Run, Samples, Snapshot
+from .outputs import Run, Samples, Snapshot
 
 SIZE = (1800, 1000)
 # Colour map and the part of it in use; a grain at rest stays apart from fast fluid.
@@ -208,7 +207,7 @@ def _latest(run: Run, time: float) -> Samples | None:
             break
         last_time = block.time[rows[-1]]
         rows = rows[block.time[rows] == last_time]
-        latest = Samples(*(getattr(block, n)[rows] for n in Samples.__dataclass_fields__))
+        latest = block.rows(rows)
     return latest
 
 
@@ -303,13 +302,3 @@ def render(run: Run, file: Path) -> None:
     writer.SetFileName(str(file))
     writer.SetInputConnection(image.GetOutputPort())
     writer.Write()
-
-
-def main(arguments: list[str]) -> int:
-    folder = Path(arguments[0])
-    try:
-        render(Run(folder), folder / "picture.png")
-    except MissingOutput as missing:
-        print(missing, file=sys.stderr)
-        return 1
-    return 0

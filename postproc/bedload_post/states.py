@@ -223,9 +223,7 @@ def analyse(
     for block in blocks():
         for grain, rows in _group(block.tag):
             if grain in grains:
-                grains[grain].add(
-                    Samples(*(getattr(block, n)[rows] for n in Samples.__dataclass_fields__))
-                )
+                grains[grain].add(block.rows(rows))
     return _table(grains, bulk_velocity, diameter)
 
 

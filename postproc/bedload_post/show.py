@@ -1,0 +1,119 @@
+"""Shows the result of a run: pictures, numbers on the terminal, report.html."""
+
+import argparse
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from . import path, report, states, summary
+from .outputs import MissingOutput, Run
+from .summary import Line
+
+ENTRY = Path(__file__).resolve().parents[1] / "show.py"
+
+
+def _or_note(console: Console, compute: Callable, otherwise):
+    """The result of `compute`, or `otherwise` and one sentence where the run lacks a file."""
+    try:
+        return compute()
+    except MissingOutput as missing:
+        console.print(f"[yellow]{missing}[/]")
+        return otherwise
+
+
+def _print_lines(console: Console, title: str, lines: list[Line]) -> None:
+    if not lines:
+        return
+    table = Table(title=title, title_justify="left", box=None, show_header=False, pad_edge=False)
+    table.add_column(min_width=26)
+    table.add_column(justify="right")
+    table.add_column(style="dim")
+    for line in lines:
+        table.add_row(line.what, line.value, line.note)
+    console.print(table)
+    console.print()
+
+
+def _print_times(console: Console, rows: list[tuple[str, float, float]]) -> None:
+    if not rows:
+        return
+    table = Table(title="Where the time went", title_justify="left", box=None, pad_edge=False)
+    for name, side in (("part", "left"), ("seconds", "right"), ("share", "right")):
+        table.add_column(name, justify=side)
+    for part, seconds, share in rows:
+        table.add_row(part, f"{seconds:.1f}", f"{100 * share:.1f} %")
+    console.print(table)
+    console.print()
+
+
+def _render(console: Console, run: Run) -> None:
+    """picture.png, by a process of its own under a virtual X server."""
+    command = ["xvfb-run", "-a", sys.executable, "-I", "-B", str(ENTRY), str(run.folder)]
+    try:
+        done = subprocess.run(
+            [*command, "--picture-only"], capture_output=True, text=True, timeout=300, check=False
+        )
+        words = done.stderr.strip().splitlines()
+        problem = "" if done.returncode == 0 else (words[-1] if words else f"{done.returncode}")
+    except (OSError, subprocess.TimeoutExpired) as error:
+        problem = str(error)
+    if problem:
+        console.print(f"[yellow]No picture.png: {problem}[/]")
+
+
+def show(folder: Path, pictures: bool = True) -> None:
+    """Writes path.png, picture.png and report.html into `folder` and prints the numbers."""
+    run = Run(folder)
+    console = Console(highlight=False)
+    has_grains = any(len(block) for block in run.sample_blocks(rows=1))
+    grains: list[Line] = []
+    if has_grains:
+        phases = states.analyse(
+            run.collisions(), run.sample_blocks, run.periods, run.bulk_velocity, run.diameter
+        )
+        grains = summary.grain_lines(run, phases)
+        if pictures:
+            tag = path.chosen_grain(phases)
+            path.draw(run, phases, run.samples_of(tag), tag, folder / "path.png")
+    if pictures:
+        _render(console, run)
+    flow = _or_note(console, lambda: summary.flow_lines(run), [])
+    times = _or_note(console, lambda: summary.time_rows(run), [])
+    console.print()
+    _print_lines(console, "Grains", grains)
+    _print_lines(console, "Flow and checks", flow)
+    _print_times(console, times)
+    report.write(run, grains, flow, times, folder / "report.html")
+    console.print(f"In {folder}:", soft_wrap=True)
+    for file, what in (
+        ("picture.png", "the scene"),
+        ("path.png", "the grain's path, coloured by state"),
+        ("report.html", "both with all numbers and settings, in one file"),
+        ("fields.xdmf", "fields for ParaView"),
+        ("spheres.xdmf", "spheres for ParaView"),
+    ):
+        if (folder / file).is_file():
+            console.print(f"  {file:<13} {what}")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="show.py", description=__doc__, allow_abbrev=False)
+    parser.add_argument("folder", type=Path, metavar="OUT", help="output folder of a run")
+    parser.add_argument("--no-pictures", action="store_true", help="numbers and report only")
+    parser.add_argument("--picture-only", action="store_true", help="picture.png only; needs an X server")
+    options = parser.parse_args()
+    try:
+        if options.picture_only:
+            from . import picture  # VTK takes a second to load
+
+            picture.render(Run(options.folder), options.folder / "picture.png")
+        else:
+            show(options.folder, pictures=not options.no_pictures)
+    except MissingOutput as missing:
+        print(missing, file=sys.stderr)
+        return 1
+    return 0

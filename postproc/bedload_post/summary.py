@@ -1,0 +1,101 @@
+"""The numbers that a scene promises, and the table of times: computed here, printed by `show`."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .outputs import MissingOutput, Run
+from .states import NAMES, Phases
+
+
+@dataclass(frozen=True)
+class Line:
+    """One number with what it is."""
+
+    what: str
+    value: str
+    note: str = ""
+
+
+def mean_grain_velocity(run: Run) -> float:
+    """Mean streamwise velocity of all mobile grains over the whole record, over u_b."""
+    total, count = 0.0, 0
+    for block in run.sample_blocks():
+        total += float(block.velocity[:, 0].sum())
+        count += len(block)
+    if count == 0:
+        raise MissingOutput(f"{run.folder} has no samples of mobile spheres.")
+    return total / count / run.bulk_velocity
+
+
+def grain_lines(run: Run, phases: Phases) -> list[Line]:
+    """Motion of the grains: velocity, states, jumps, slip."""
+    tags = np.unique(phases.tag)
+    lines = [
+        Line("mobile grains", f"{len(tags)}"),
+        Line("mean grain velocity", f"{mean_grain_velocity(run):.4f} u_b"),
+        Line("finished collisions", f"{len(run.collisions())}"),
+    ]
+    for name, share in zip(NAMES, phases.shares(), strict=True):
+        lines.append(Line(f"time {name}", f"{100 * share:.1f} %"))
+    jump = phases.jumps()
+    if jump.any():
+        mean, highest = phases.height[jump].mean(), phases.height[jump].max()
+        diameter = run.diameter
+        lines += [
+            Line("jumps", f"{jump.sum()}", "that begin and end in the record"),
+            Line("jump height, mean", f"{mean / diameter:.3f} D", "highest point over take-off"),
+            Line("jump height, highest", f"{highest / diameter:.3f} D"),
+        ]
+    moving = phases.complete & (phases.state == NAMES.index("creeping"))
+    if moving.any() and phases.path[moving].sum() > 0:
+        slip = phases.slip[moving].sum() / phases.path[moving].sum()
+        lines.append(Line("slip while creeping", f"{slip:+.3f}", "L_slip / L: 0 rolls, -1 slides"))
+    return lines
+
+
+def flow_lines(run: Run) -> list[Line]:
+    """State of the flow, from the second half of history.csv, and the run's own checks."""
+    history = run.history()
+    count = len(history["time"])
+    if count == 0:
+        raise MissingOutput(f"history.csv of {run.folder} has no rows.")
+    half = slice(count // 2, None)
+    lines = [
+        Line("fluid steps", f"{int(history['step'][-1])}"),
+        Line("time", f"{history['time'][-1]:.4g}", "in units of the scene"),
+        Line("CFL number, largest", f"{history['cfl'].max():.3f}"),
+    ]
+    friction = float(np.mean(history["u_tau_driving"][half]))
+    if np.isfinite(friction) and friction > 0:
+        reynolds = friction * run.depth / run.viscosity
+        lines += [
+            Line("friction velocity", f"{friction / run.bulk_velocity:.4f} u_b", "second half"),
+            Line("Re_tau", f"{reynolds:.0f}", "u_tau H / nu"),
+            Line("D+", f"{reynolds * run.diameter / run.depth:.1f}", "D u_tau / nu"),
+        ]
+        if run.submerged_weight > 0:
+            shields = run.value("fluid.density") * friction**2
+            shields /= run.submerged_weight * run.diameter
+            lines.append(Line("Shields number", f"{shields:.4f}", "critical: 0.035"))
+    scale = run.bulk_velocity
+    lines += [
+        Line("divergence, largest", f"{np.abs(history['max_divergence']).max():.1e}", "1/T"),
+        Line("slip at markers, rms", f"{np.mean(history['slip_rms'][half]) / scale:.2e} u_b"),
+        Line("slip at markers, largest", f"{history['slip_max'][half].max() / scale:.2e} u_b"),
+        Line(
+            "momentum residual",
+            f"{np.abs(history['momentum_residual']).max():.1e}",
+            "given by the fluid less taken by the grains, relative",
+        ),
+    ]
+    return lines
+
+
+def time_rows(run: Run) -> list[tuple[str, float, float]]:
+    """(part, seconds, share of the whole), the dearest first."""
+    timing = run.timing()
+    rows = zip(
+        timing["part"].tolist(), timing["seconds_mean_over_ranks"], timing["share"], strict=True
+    )
+    return sorted(rows, key=lambda row: -row[1])

@@ -1,0 +1,130 @@
+"""From a made-up output folder to numbers, pictures and report."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+from bedload_post import path, states, summary
+from bedload_post.outputs import MissingOutput, Run
+from synthetic import wandering_story, write_run
+
+SHOW = Path(__file__).resolve().parents[2] / "postproc" / "show.py"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return write_run(tmp_path_factory.mktemp("run") / "made_up-actm", wandering_story())
+
+
+def phases_of(run):
+    return states.analyse(
+        run.collisions(), run.sample_blocks, run.periods, run.bulk_velocity, run.diameter
+    )
+
+
+def values(lines):
+    return {line.what: line.value for line in lines}
+
+
+def test_flow_numbers_follow_from_their_definitions(folder):
+    found = values(summary.flow_lines(Run(folder)))
+    # u_tau = 0.07: Re_tau = u_tau H / nu, D+ = u_tau D / nu, S = u_tau^2 / ((1.25 - 1) 0.99).
+    assert found["Re_tau"] == f"{0.07 * 8 / 2.6578e-3:.0f}"
+    assert found["D+"] == f"{0.07 / 2.6578e-3:.1f}"
+    assert found["Shields number"] == f"{0.07**2 / (0.25 * 0.99):.4f}"
+    assert found["momentum residual"] == "3.0e-15"
+    assert found["slip at markers, largest"] == "2.00e-02 u_b"
+
+
+def test_grain_numbers_of_the_story(folder):
+    run = Run(folder)
+    found = values(summary.grain_lines(run, phases_of(run)))
+    assert found["jumps"] == "3"
+    assert found["jump height, highest"] == "0.600 D"
+    assert found["jump height, mean"] == f"{(0.35 + 0.6 + 0.25) / 3:.3f} D"
+    # 5 D of jumps and 0.32 D of creeping in 21.92 units of time; samples count alike, so within
+    # one sample of the pieces' ends.
+    mean = float(found["mean grain velocity"].split()[0])
+    assert mean == pytest.approx(5.32 / 21.92, abs=2 * 0.5 * 0.04 / 21.92 * 6)
+    total = sum(float(found[f"time {name}"].split()[0]) for name in states.NAMES)
+    assert total == pytest.approx(100.0, abs=0.15)
+
+
+def test_times_come_dearest_first(folder):
+    rows = summary.time_rows(Run(folder))
+    assert rows[0] == ("momentum predictor", 120.5, 0.40)
+    assert [row[1] for row in rows] == sorted((row[1] for row in rows), reverse=True)
+
+
+def test_periods_know_walls(folder):
+    assert Run(folder).periods.tolist() == [16.0, np.inf, 8.0]
+
+
+def test_blocks_are_bounded_and_complete(folder):
+    run = Run(folder)
+    whole = run.samples_of(1)
+    blocks = list(run.sample_blocks(rows=100))
+    assert max(map(len, blocks)) == 100
+    assert np.concatenate([b.time for b in blocks]).tolist() == whole.time.tolist()
+
+
+def test_state_along_the_path(folder):
+    run = Run(folder)
+    phases = phases_of(run)
+    found = path.state_at(np.array([3.0, 6.4, 8.0, 20.0]), phases, 1)
+    assert found.tolist() == [states.RESTING, states.CREEPING, states.JUMPING, states.RESTING]
+
+
+def test_a_run_without_collisions_or_grains(folder, tmp_path):
+    bare = tmp_path / "bare"
+    shutil.copytree(folder, bare)
+    (bare / "collisions.csv").write_text("tag_i,tag_j,time_start,time_end\n")
+    assert len(Run(bare).collisions()) == 0
+    (bare / "collisions.csv").unlink()
+    (bare / "spheres.h5").unlink()
+    done = subprocess.run(
+        ["/usr/bin/python3", "-I", "-B", SHOW, bare, "--no-pictures"], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Re_tau" in done.stdout
+    assert "mobile grains" not in done.stdout
+
+
+def test_what_is_missing_is_named(tmp_path):
+    with pytest.raises(MissingOutput, match="settings.toml"):
+        Run(tmp_path)
+    (tmp_path / "settings.toml").write_text("reference.velocity = 1.0\n")
+    with pytest.raises(MissingOutput, match="reference.height"):
+        Run(tmp_path).depth  # noqa: B018
+
+
+def reddish(image):
+    """Share of pixels in the colours of mobile grains."""
+    red, green, blue = (image[..., i] for i in range(3))
+    return np.mean((red > 0.55) & (blue < 0.45) & (red > green + 0.15))
+
+
+def test_everything_is_shown(folder):
+    done = subprocess.run(
+        [sys.executable, "-I", "-B", SHOW, folder], capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    assert "No picture" not in done.stdout
+    page = (folder / "report.html").read_text()
+    assert page.count("data:image/png;base64,") == 2
+    assert "reference.sphere_density = 1.25" in page
+    scene = matplotlib.image.imread(folder / "picture.png")
+    # The velocity planes (blue to green), the bed (grey) and the white around them all have their
+    # share; the grain is small and there. The bar of grain speeds is left out below 0.85 of the
+    # height.
+    upper = scene[: int(0.85 * len(scene))]
+    assert 0.2 < np.mean(upper.min(axis=-1) > 0.99) < 0.8
+    assert np.mean((upper[..., 2] > upper[..., 0] + 0.15)) > 0.03
+    assert 2e-4 < reddish(upper) < 2e-2
+    track = matplotlib.image.imread(folder / "path.png")
+    assert track.shape[1] > 1200
+    assert track.std() > 0.05
