@@ -1,0 +1,185 @@
+"""The launcher: names, ranks, output folders, the mpirun line, signals and status."""
+
+import os
+import signal
+import stat
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from bedload_launcher import cli, job, machine, scenes
+from bedload_launcher.errors import UserError
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def scene_in(folder, script="variable model index actm_hw\n"):
+    folder.mkdir(parents=True)
+    (folder / "fluid.toml").write_text("")
+    if script is not None:
+        (folder / "in.liggghts").write_text(script)
+    return scenes.Scene(folder)
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        (["rn"], "no command 'rn'; the nearest is 'run'"),
+        (["run", "--modle", "rpm"], "no '--modle'; did you mean --model"),
+        (["run", "exposed_spere"], "no scene 'exposed_spere'; the nearest is 'exposed_sphere'"),
+        (["run", "--ranks", "4:0"], "--ranks is '4:0', but must be FLUID:DEM"),
+        (["run", "--steps", "ten"], "--steps: invalid int value: 'ten'"),
+    ],
+)
+def test_mistakes_get_one_sentence(line, sentence):
+    done = subprocess.run(
+        ["/usr/bin/python3", "-I", "-B", ROOT / "postproc" / "launch.py", *line],
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert sentence in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert done.stdout == ""
+
+
+def test_a_model_is_looked_up_among_the_files(tmp_path, monkeypatch):
+    monkeypatch.setattr(scenes, "INPUTS", tmp_path)
+    (tmp_path / "models").mkdir()
+    for name in ("rpm", "actm_hw"):
+        (tmp_path / "models" / f"{name}.liggghts").touch()
+    scene = scene_in(tmp_path / "bed")
+    assert scenes.choose_model(scene, None) == "actm_hw"  # the script's own
+    assert scenes.choose_model(scene, "rpm") == "rpm"
+    with pytest.raises(UserError, match="no model 'actm_wh'; the nearest is 'actm_hw'"):
+        scenes.choose_model(scene, "actm_wh")
+    fixed = scene_in(tmp_path / "fixed", script="# variable model index rpm\n")
+    assert scenes.choose_model(fixed, None) is None
+    with pytest.raises(UserError, match="variable model index"):
+        scenes.choose_model(fixed, "rpm")
+
+
+def test_every_shipped_scene_has_its_files():
+    for scene in scenes.all_scenes().values():
+        assert scene.summary(), f"{scene.folder}/README.md has no first sentence"
+        assert scene.default_model() in [None, *scenes.models()]
+
+
+def test_ranks():
+    assert job.Ranks.parse("4:2") == job.Ranks(4, 2)
+    assert job.Ranks.parse("3") == job.Ranks(3, 1)
+    assert job.Ranks.parse(None) == job.Ranks(machine.cores(), 1)
+
+
+def test_compilers_fit_the_memory(monkeypatch):
+    monkeypatch.setattr(machine, "processors", lambda: 64)
+    monkeypatch.setattr(machine, "available_memory", lambda: 7 * machine.GIGABYTE)
+    assert machine.compile_jobs() == 4
+    monkeypatch.setattr(machine, "available_memory", lambda: 0.2 * machine.GIGABYTE)
+    assert machine.compile_jobs() == 1
+
+
+def test_the_job_starts_both_programs(tmp_path):
+    scene = scene_in(tmp_path / "bed")
+    line = job.Job(scene, "rpm", job.Ranks(3, 2), tmp_path / "out", ["time.end=2"], 5).command()
+    fluid, dem = line[: line.index(":")], line[line.index(":") + 1 :]
+    assert fluid[fluid.index("-np") + 1] == "3"
+    assert dem[dem.index("-np") + 1] == "2"
+    assert fluid[fluid.index("--set") + 1] == "time.end=2"
+    assert fluid[fluid.index("--steps") + 1] == "5"
+    assert dem[dem.index("model") + 1] == "rpm"
+    assert dem[dem.index("out") + 1] == str(tmp_path / "out")
+
+
+def test_no_liggghts_without_a_script(tmp_path):
+    scene = scene_in(tmp_path / "channel", script=None)
+    line = job.Job(scene, None, job.Ranks(2, 1), tmp_path / "out").command()
+    assert ":" not in line
+    assert not any("bedload-dem" in word for word in line)
+
+
+def test_an_earlier_run_moves_aside_and_nothing_else_is_touched(tmp_path):
+    out = tmp_path / "runs" / "bed"
+    cli.claim_output(out)  # not there: nothing to do
+    for mark in ("first", "second"):
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "settings.toml").write_text(mark)
+        cli.claim_output(out)
+        assert not out.exists()
+        assert (tmp_path / "runs" / "bed.previous" / "settings.toml").read_text() == mark
+    out.mkdir()
+    (out / "thesis.tex").touch()
+    with pytest.raises(UserError, match="holds no earlier run"):
+        cli.claim_output(out)
+    assert (out / "thesis.tex").exists()
+
+
+def test_status_and_signals_pass_through(tmp_path):
+    assert job.run([sys.executable, "-c", "raise SystemExit(7)"], tmp_path) == 7
+    assert job.run([sys.executable, "-c", "import os; os.kill(os.getpid(), 9)"], tmp_path) == 137
+    # The child says that it listens, and ends with 5 on the signal that only the parent gets.
+    code = (
+        "import pathlib, signal, sys, time\n"
+        "signal.signal(signal.SIGUSR1, lambda *_: sys.exit(5))\n"
+        "pathlib.Path('ready').touch()\n"
+        "time.sleep(60)\n"
+    )
+
+    def send():
+        while not (tmp_path / "ready").exists():
+            time.sleep(0.01)
+        os.kill(os.getpid(), signal.SIGUSR1)
+
+    threading.Thread(target=send, daemon=True).start()
+    assert job.run([sys.executable, "-c", code], tmp_path) == 5
+    assert signal.getsignal(signal.SIGUSR1) == signal.SIG_DFL
+
+
+def bare_system(tmp_path, installed):
+    """A copy of the launcher in a tree of its own, and stand-ins for dpkg-query, id and apt-get."""
+    programs = tmp_path / "programs"
+    programs.mkdir()
+    log = tmp_path / "apt.log"
+    listed = "\n".join(f"installed {name}" for name in installed)
+    for name, body in {
+        "dpkg-query": f"cat <<'END'\n{listed}\nEND",
+        "id": "echo 0",
+        "apt-get": f'echo "$@" >> {log}',
+    }.items():
+        file = programs / name
+        file.write_text(f"#!/bin/bash\n{body}\n")
+        file.chmod(file.stat().st_mode | stat.S_IXUSR)
+    house = tmp_path / "house"
+    (house / "postproc").mkdir(parents=True)
+    (house / "postproc" / "launch.py").write_text("print('handed over')\n")
+    text = (ROOT / "bedload").read_text()
+    # The launcher puts the system's folders first; here the stand-ins come before them.
+    text = text.replace('export PATH="', f'export PATH="{programs}:')
+    (house / "bedload").write_text(text)
+    done = subprocess.run(
+        ["bash", house / "bedload", "run"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "handed over\n"
+    return log.read_text().splitlines() if log.exists() else []
+
+
+def listed_packages():
+    text = (ROOT / "bedload").read_text()
+    block = text[text.index("packages=(") + 10 :]
+    lines = block[: block.index("\n)")].splitlines()
+    return [name for line in lines for name in line.split("#")[0].split()]
+
+
+def test_only_missing_packages_are_installed(tmp_path):
+    packages = listed_packages()
+    assert {"liggghts", "clang", "python3-h5py"} <= set(packages)
+    calls = bare_system(tmp_path, [name for name in packages if name not in ("clang", "xvfb")])
+    assert len(calls) == 2
+    assert calls[0].endswith("update")
+    assert calls[1].endswith("clang xvfb")
+
+
+def test_nothing_is_asked_of_apt_when_all_is_there(tmp_path):
+    assert bare_system(tmp_path, listed_packages()) == []
