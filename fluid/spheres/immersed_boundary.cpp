@@ -1,0 +1,472 @@
+#include "fluid/spheres/immersed_boundary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <unordered_set>
+
+#include "fluid/errors.hpp"
+#include "fluid/spheres/marker_volume.hpp"
+
+namespace bedload {
+namespace {
+
+/// Share of the interior momentum still owed to a sphere that it gets per stage: 1 is exact at once
+/// but unstable below a density ratio of about 0.8, 0.1 is stable down to 0.5 (README.md).
+constexpr double owed_share = 0.1;
+
+/// Markers whose surfaces are further apart than this, in cells, share no cell of their supports.
+constexpr double shared_reach = 4.0;
+
+constexpr std::array<std::size_t, 3> components{0, 1, 2};
+
+/// Component c of U + omega x r.
+double surface_velocity(const SphereState& sphere, const Vec3& r, int c) {
+  const int a = (c + 1) % 3, b = (c + 2) % 3;
+  return sphere.velocity[c] + sphere.angular_velocity[a] * r[b] - sphere.angular_velocity[b] * r[a];
+}
+
+/// change_l = V_l (U_l - (J u)_l) for all markers of a list; returns the largest slip and adds its
+/// square to `squares`.
+template <class Real, class StateOf, class LayoutOf>
+double find_change(MarkerList<Real>& list, const Field<Real>& velocity, int component,
+                   StateOf state_of, LayoutOf layout_of, double& squares) {
+  const Real* origin = velocity.row(0, 0, 0);
+  const auto plane = static_cast<std::ptrdiff_t>(velocity.plane_size());
+  Real largest{};
+  for (const auto& range : list.ranges) {
+    const SphereState& sphere = state_of(range.sphere);
+    const MarkerLayout& layout = layout_of(sphere.radius);
+    double square = 0.0;
+    for (int n = range.begin; n < range.end; ++n) {
+      const auto m = static_cast<std::size_t>(n);
+      const Vec3& arm = layout.arms[static_cast<std::size_t>(list.arm[m])];
+      const Real target = static_cast<Real>(surface_velocity(sphere, arm, component));
+      const Real slip = target - interpolate(list.stencil[m], origin, plane);
+      list.change[m] = list.volume[m] * slip;
+      largest = std::max(largest, std::abs(slip));
+      square += static_cast<double>(slip) * static_cast<double>(slip);
+    }
+    squares += square;
+  }
+  return static_cast<double>(largest);
+}
+
+/// u += J^T change.
+template <class Real>
+void spread_change(MarkerList<Real>& list, Field<Real>& velocity) {
+  Real* origin = velocity.row(0, 0, 0);
+  const auto plane = static_cast<std::ptrdiff_t>(velocity.plane_size());
+  for (std::size_t m = 0; m < list.stencil.size(); ++m) {
+    spread(list.stencil[m], list.change[m], origin, plane);
+    list.given[m] += list.change[m];
+  }
+}
+
+template <class Real>
+void spread_ones(const MarkerList<Real>& list, Field<Real>& scratch) {
+  spread_ones(list, 0, list.size(), scratch);
+}
+
+}  // namespace
+
+template <class Real>
+ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& grid,
+                                         const Decomposition& slabs)
+    : grid_(grid),
+      slabs_(slabs),
+      density_(settings.fluid.density),
+      retraction_(settings.spheres.retraction),
+      tolerance_(settings.spheres.slip_tolerance),
+      gravity_(settings.fluid.gravity[0], settings.fluid.gravity[1], settings.fluid.gravity[2]),
+      most_loops_(settings.spheres.forcing_loops),
+      halo_(grid_, slabs),
+      mobile_halo_(grid_, slabs),
+      scratch_(grid_, 1, 3) {}
+
+template <class Real>
+const MarkerLayout& ImmersedBoundary<Real>::layout_of(double radius) const {
+  const auto found = std::find_if(layouts_.begin(), layouts_.end(),
+                                  [radius](const auto& l) { return l.radius == radius; });
+  assert(found != layouts_.end());
+  return *found;
+}
+
+template <class Real>
+void ImmersedBoundary<Real>::add_layout(double radius) {
+  for (const MarkerLayout& layout : layouts_)
+    if (layout.radius == radius) return;
+  layouts_.push_back(make_marker_layout(radius, grid_.h, retraction_));
+}
+
+template <class Real>
+void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> all) {
+  std::unordered_map<std::int64_t, Memory> remembered;
+  for (const Mobile& sphere : mobile_) remembered[sphere.state.tag] = sphere.memory;
+  const auto same = [](const SphereState& a, const SphereState& b) {
+    return a.tag == b.tag && a.position == b.position && a.radius == b.radius &&
+           a.velocity == b.velocity && a.angular_velocity == b.angular_velocity;
+  };
+  std::vector<SphereState> fixed;
+  std::unordered_set<std::int64_t> tags;
+  mobile_.clear();
+  mobile_by_tag_.clear();
+  for (const SphereState& sphere : all) {
+    if (!tags.insert(sphere.tag).second)
+      throw UserError(fmt::format("Two spheres have the tag {}; tags must differ.", sphere.tag));
+    if (!(sphere.radius > 0.0))
+      throw UserError(fmt::format("The sphere with tag {} has radius {}; it must be above 0.",
+                                  sphere.tag, sphere.radius));
+    add_layout(sphere.radius);
+    if (!sphere.mobile) {
+      fixed.push_back(sphere);
+      continue;
+    }
+    mobile_by_tag_[sphere.tag] = mobile_.size();
+    Mobile entry;
+    entry.state = sphere;
+    if (const auto known = remembered.find(sphere.tag); known != remembered.end())
+      entry.memory = known->second;
+    mobile_.push_back(entry);
+  }
+  const bool fixed_stay = std::equal(fixed.begin(), fixed.end(), fixed_.begin(), fixed_.end(), same);
+  fixed_ = std::move(fixed);
+  fit_scratch();
+  if (!fixed_stay) place_fixed();
+  place_mobile();
+}
+
+template <class Real>
+void ImmersedBoundary<Real>::move_spheres(std::span<const SphereState> moved) {
+  for (const SphereState& sphere : moved) {
+    const auto known = mobile_by_tag_.find(sphere.tag);
+    if (known == mobile_by_tag_.end())
+      throw UserError(fmt::format(
+          "The sphere with tag {} was moved, but the fluid knows no mobile sphere of that tag.",
+          sphere.tag));
+    SphereState& state = mobile_[known->second].state;
+    state.position = sphere.position;
+    state.velocity = sphere.velocity;
+    state.angular_velocity = sphere.angular_velocity;
+  }
+  fit_scratch();
+  place_mobile();
+}
+
+/// Makes the scratch field reach above the highest sphere of this slab.
+template <class Real>
+void ImmersedBoundary<Real>::fit_scratch() {
+  int planes = grid_.periodic(1) ? slabs_.planes() : 1;
+  const auto reach = [&](const SphereState& sphere) {
+    const double top = (sphere.position.y() + sphere.radius) / grid_.h;
+    planes = std::max(planes, static_cast<int>(std::floor(top)) + 5 - slabs_.first());
+  };
+  for (const SphereState& sphere : fixed_) reach(sphere);
+  for (const Mobile& sphere : mobile_) reach(sphere.state);
+  planes = std::min(planes, slabs_.planes());
+  if (planes > scratch_.planes()) scratch_ = Field<Real>(grid_, planes, 3);
+}
+
+template <class Real>
+void ImmersedBoundary<Real>::place_fixed() {
+  double largest = 0.0;
+  for (const MarkerLayout& layout : layouts_) largest = std::max(largest, layout.radius);
+  fixed_bins_.emplace(grid_, 2.0 * largest + shared_reach * grid_.h);
+  halo_.forget();
+  for (std::size_t n = 0; n < fixed_.size(); ++n) {
+    fixed_bins_->insert(fixed_[n].position, static_cast<int>(n));
+    halo_.mark(fixed_[n].position, fixed_[n].radius);
+  }
+  halo_.keep();
+  for (MarkerList<Real>& list : fixed_lists_) list.clear();
+  for (std::size_t n = 0; n < fixed_.size(); ++n) {
+    const SphereState& sphere = fixed_[n];
+    const MarkerLayout& layout = layout_of(sphere.radius);
+    std::vector<const SphereState*> overlapping;
+    fixed_bins_->near(sphere.position, [&](int other) {
+      const SphereState& candidate = fixed_[static_cast<std::size_t>(other)];
+      if (&candidate != &sphere &&
+          shortest_way(grid_, sphere.position, candidate.position).norm() <
+              sphere.radius + candidate.radius)
+        overlapping.push_back(&candidate);
+    });
+    // A marker inside another fixed sphere touches no moving fluid.
+    const auto buried = [&](const Vec3& position) {
+      return std::any_of(overlapping.begin(), overlapping.end(), [&](const SphereState* other) {
+        return shortest_way(grid_, other->position, position).norm() < other->radius - grid_.h;
+      });
+    };
+    for (const std::size_t c : components)
+      append_markers(fixed_lists_[c], scratch_, grid_, slabs_, static_cast<int>(c),
+                     static_cast<int>(n), sphere.position, layout, buried);
+  }
+  for (MarkerList<Real>& list : fixed_lists_) list.finish();
+  weigh_fixed();
+}
+
+template <class Real>
+void ImmersedBoundary<Real>::place_mobile() {
+  halo_.reset();
+  mobile_halo_.forget();
+  for (MarkerList<Real>& list : mobile_lists_) list.clear();
+  const auto nothing = [](const Vec3&) { return false; };
+  for (std::size_t n = 0; n < mobile_.size(); ++n) {
+    const SphereState& sphere = mobile_[n].state;
+    halo_.mark(sphere.position, sphere.radius);
+    mobile_halo_.mark(sphere.position, sphere.radius);
+    const MarkerLayout& layout = layout_of(sphere.radius);
+    for (const std::size_t c : components)
+      append_markers(mobile_lists_[c], scratch_, grid_, slabs_, static_cast<int>(c),
+                     static_cast<int>(n), sphere.position, layout, nothing);
+  }
+  halo_.finish();
+  mobile_halo_.finish();
+  for (MarkerList<Real>& list : mobile_lists_) list.finish();
+  if (!mobile_.empty()) weigh_mobile();
+}
+
+/// Row sums of the fixed spheres' markers among themselves.
+template <class Real>
+void ImmersedBoundary<Real>::weigh_fixed() {
+  halo_.finish();
+  for (const auto& list : fixed_lists_) spread_ones(list, scratch_);
+  halo_.collect(scratch_);
+  halo_.refresh(scratch_);
+  for (const std::size_t c : components) {
+    MarkerList<Real>& list = fixed_lists_[c];
+    weigh<Real>(list, 0, list.size(), nullptr, scratch_);
+    fixed_row_sums_[c].resize(list.volume.size());
+    std::transform(list.volume.begin(), list.volume.end(), fixed_row_sums_[c].begin(),
+                   [](Real volume) { return Real{1} / volume; });
+  }
+  scratch_.fill(Real{});
+  near_mobile_.assign(fixed_.size(), 0);
+}
+
+/// Row sums where mobile markers are: of these, and of the fixed markers around them.
+template <class Real>
+void ImmersedBoundary<Real>::weigh_mobile() {
+  std::vector<char> near(fixed_.size(), 0);
+  if (!fixed_.empty())
+    for (const Mobile& sphere : mobile_)
+      fixed_bins_->near(sphere.state.position, [&](int n) {
+        const SphereState& other = fixed_[static_cast<std::size_t>(n)];
+        const double reach = sphere.state.radius + other.radius + shared_reach * grid_.h;
+        if (shortest_way(grid_, sphere.state.position, other.position).norm() < reach)
+          near[static_cast<std::size_t>(n)] = 1;
+      });
+  const auto for_near = [&](std::size_t c, auto call) {
+    for (const auto& range : fixed_lists_[c].ranges)
+      if (near[static_cast<std::size_t>(range.sphere)]) call(range);
+  };
+  for (const std::size_t c : components) {
+    MarkerList<Real>& list = fixed_lists_[c];
+    for (const auto& range : list.ranges) {
+      const auto sphere = static_cast<std::size_t>(range.sphere);
+      if (!near_mobile_[sphere] || near[sphere]) continue;
+      for (auto m = static_cast<std::size_t>(range.begin);
+           m < static_cast<std::size_t>(range.end); ++m)
+        list.volume[m] = Real{1} / fixed_row_sums_[c][m];
+    }
+  }
+  near_mobile_ = near;
+
+  for (const auto& list : mobile_lists_) spread_ones(list, scratch_);
+  mobile_halo_.collect(scratch_);
+  mobile_halo_.refresh(scratch_);
+  for (const std::size_t c : components)
+    for_near(c, [&](const auto& range) {
+      weigh(fixed_lists_[c], range.begin, range.end, fixed_row_sums_[c].data(), scratch_);
+    });
+  mobile_halo_.clear_ghosts(scratch_);
+  for (const std::size_t c : components)
+    for_near(c, [&](const auto& range) {
+      spread_ones(fixed_lists_[c], range.begin, range.end, scratch_);
+    });
+  mobile_halo_.collect(scratch_);
+  mobile_halo_.refresh(scratch_);
+  for (MarkerList<Real>& list : mobile_lists_) weigh<Real>(list, 0, list.size(), nullptr, scratch_);
+
+  for (const std::size_t c : components) {
+    clear_ones(mobile_lists_[c], 0, mobile_lists_[c].size(), scratch_);
+    for_near(c, [&](const auto& range) {
+      clear_ones(fixed_lists_[c], range.begin, range.end, scratch_);
+    });
+  }
+}
+
+template <class Real>
+void ImmersedBoundary<Real>::start_stage(const Field<Real>& velocity) {
+  VolumeShare share;
+  for (Mobile& sphere : mobile_)
+    for (const std::size_t c : components)
+      sphere.before[c] =
+          interior_sums(velocity, grid_, slabs_, static_cast<int>(c), sphere.state.position,
+                        sphere.state.radius, share);
+  stage_started_ = true;
+}
+
+template <class Real>
+Slip ImmersedBoundary<Real>::find_changes(const Field<Real>& velocity) {
+  double largest = 0.0;
+  std::array<double, 2> sums{};  // squares, markers
+  const auto fixed_state = [this](int n) -> const SphereState& {
+    return fixed_[static_cast<std::size_t>(n)];
+  };
+  const auto mobile_state = [this](int n) -> const SphereState& {
+    return mobile_[static_cast<std::size_t>(n)].state;
+  };
+  const auto layout = [this](double radius) -> const MarkerLayout& { return layout_of(radius); };
+  for (const std::size_t c : components) {
+    const int component = static_cast<int>(c);
+    largest = std::max({largest,
+                        find_change(fixed_lists_[c], velocity, component, fixed_state, layout, sums[0]),
+                        find_change(mobile_lists_[c], velocity, component, mobile_state, layout,
+                                    sums[0])});
+    sums[1] += (fixed_lists_[c].size() + mobile_lists_[c].size()) / 3.0;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, slabs_.comm());
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, slabs_.comm());
+  return {.max = largest, .rms = sums[1] > 0.0 ? std::sqrt(sums[0] / sums[1]) : 0.0};
+}
+
+template <class Real>
+Slip ImmersedBoundary<Real>::slip(const Field<Real>& velocity) {
+  return find_changes(velocity);
+}
+
+template <class Real>
+ForcingReport ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step,
+                                            bool measure) {
+  assert(mobile_.empty() || stage_started_);
+  stage_started_ = false;
+  for (Lists* lists : {&fixed_lists_, &mobile_lists_})
+    for (MarkerList<Real>& list : *lists) std::fill(list.given.begin(), list.given.end(), Real{});
+
+  ForcingReport report;
+  report.before = report.after = find_changes(velocity);
+  while (report.loops < most_loops_) {
+    if (report.loops > 0 && report.after.max <= tolerance_) break;
+    halo_.clear_ghosts(velocity);
+    for (Lists* lists : {&fixed_lists_, &mobile_lists_})
+      for (MarkerList<Real>& list : *lists) spread_change(list, velocity);
+    halo_.collect(velocity);
+    halo_.refresh(velocity);
+    ++report.loops;
+    if (report.loops < most_loops_ || measure)
+      report.after = find_changes(velocity);
+  }
+  sum_given(report, stage_step);
+
+  VolumeShare share;
+  for (Mobile& sphere : mobile_)
+    for (const std::size_t c : components)
+      sphere.after[c] =
+          interior_sums(velocity, grid_, slabs_, static_cast<int>(c), sphere.state.position,
+                        sphere.state.radius, share);
+  return report;
+}
+
+/// Sums what the markers gave, per mobile sphere and in all.
+template <class Real>
+void ImmersedBoundary<Real>::sum_given(ForcingReport& report, double stage_step) {
+  for (Mobile& sphere : mobile_) sphere.given = sphere.given_moment = Vec3::Zero();
+  std::array<double, 6> total{};
+  for (int c = 0; c < 3; ++c) {
+    const auto component = static_cast<std::size_t>(c);
+    const int a = (c + 1) % 3, b = (c + 2) % 3;
+    for (const Real given : fixed_lists_[component].given)
+      total[component + 3] += static_cast<double>(given);
+    total[component] += total[component + 3];
+    const MarkerList<Real>& list = mobile_lists_[component];
+    for (const auto& range : list.ranges) {
+      Mobile& sphere = mobile_[static_cast<std::size_t>(range.sphere)];
+      const MarkerLayout& layout = layout_of(sphere.state.radius);
+      double sum = 0.0, moment_a = 0.0, moment_b = 0.0;
+      for (auto m = static_cast<std::size_t>(range.begin); m < static_cast<std::size_t>(range.end);
+           ++m) {
+        const double given = static_cast<double>(list.given[m]);
+        const Vec3& arm = layout.arms[static_cast<std::size_t>(list.arm[m])];
+        sum += given;
+        moment_a += arm[b] * given;  // (r cross f)_a = r_b f_c - r_c f_b
+        moment_b -= arm[a] * given;  // (r cross f)_b = r_c f_a - r_a f_c
+      }
+      sphere.given[c] += sum;
+      sphere.given_moment[a] += moment_a;
+      sphere.given_moment[b] += moment_b;
+      total[component] += sum;
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, total.data(), 6, MPI_DOUBLE, MPI_SUM, slabs_.comm());
+  const double to_force = density_ * grid_.cell_volume() / stage_step;
+  report.force_on_fluid = to_force * Vec3(total[0], total[1], total[2]);
+  report.force_of_fixed = to_force * Vec3(total[3], total[4], total[5]);
+}
+
+template <class Real>
+std::vector<SphereLoad> ImmersedBoundary<Real>::loads(double stage_step) {
+  static_assert(sizeof(std::array<InteriorSums, 3>) == 3 * interior_numbers * sizeof(double));
+  struct Sums {
+    std::array<InteriorSums, 3> before, after;
+    std::array<double, 3> given, given_moment;
+  };
+  std::vector<Sums> sums(mobile_.size());
+  for (std::size_t n = 0; n < mobile_.size(); ++n) {
+    const Mobile& s = mobile_[n];
+    sums[n] = {.before = s.before,
+               .after = s.after,
+               .given = {s.given[0], s.given[1], s.given[2]},
+               .given_moment = {s.given_moment[0], s.given_moment[1], s.given_moment[2]}};
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size() * sizeof(Sums) / 8),
+                MPI_DOUBLE, MPI_SUM, slabs_.comm());
+
+  std::vector<SphereLoad> loads(mobile_.size());
+  for (std::size_t n = 0; n < mobile_.size(); ++n) {
+    const SphereState& state = mobile_[n].state;
+    Memory& memory = mobile_[n].memory;
+    const InteriorMomentum before = interior_momentum(sums[n].before, state.radius);
+    const InteriorMomentum after = interior_momentum(sums[n].after, state.radius);
+    if (memory.fresh) memory.forced = before;
+    memory.fresh = false;
+    // What changed inside between the last forcing and this stage's predictor: the projection, and
+    // the step of the sphere through the field.
+    memory.owed.linear += before.linear - memory.forced.linear;
+    memory.owed.angular += before.angular - memory.forced.angular;
+    memory.forced = after;
+
+    // impulse = -rho sum given h^3 + rho (I_forced - I_before) + rho share * owed
+    const double cell = grid_.cell_volume();
+    const Vec3 given(sums[n].given.data()), moment(sums[n].given_moment.data());
+    const Vec3 impulse =
+        -cell * given + after.linear - before.linear + owed_share * memory.owed.linear;
+    const Vec3 turn =
+        -cell * moment + after.angular - before.angular + owed_share * memory.owed.angular;
+    memory.owed.linear *= 1.0 - owed_share;
+    memory.owed.angular *= 1.0 - owed_share;
+
+    const double volume = 4.0 / 3.0 * std::numbers::pi * std::pow(state.radius, 3);
+    loads[n].tag = state.tag;
+    loads[n].force = density_ * impulse / stage_step - density_ * volume * gravity_;
+    loads[n].torque = density_ * turn / stage_step;
+  }
+  return loads;
+}
+
+template <class Real>
+std::int64_t ImmersedBoundary<Real>::marker_count() const {
+  std::int64_t count = 0;
+  for (const SphereState& sphere : fixed_)
+    count += static_cast<std::int64_t>(layout_of(sphere.radius).arms.size());
+  for (const Mobile& sphere : mobile_)
+    count += static_cast<std::int64_t>(layout_of(sphere.state.radius).arms.size());
+  return count;
+}
+
+template class ImmersedBoundary<float>;
+template class ImmersedBoundary<double>;
+
+}  // namespace bedload

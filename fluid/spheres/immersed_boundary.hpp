@@ -1,0 +1,128 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "fluid/decomposition.hpp"
+#include "fluid/field.hpp"
+#include "fluid/grid.hpp"
+#include "fluid/settings.hpp"
+#include "fluid/sphere.hpp"
+#include "fluid/spheres/interior.hpp"
+#include "fluid/spheres/marker_halo.hpp"
+#include "fluid/spheres/marker_layout.hpp"
+#include "fluid/spheres/marker_list.hpp"
+#include "fluid/spheres/sphere_bins.hpp"
+
+namespace bedload {
+
+/// Difference between the spheres' surface velocity and the fluid's at the markers [L/T].
+struct Slip {
+  double max = 0.0;  ///< largest of any component at any marker
+  double rms = 0.0;  ///< root of the mean over markers of the squared slip vector
+};
+
+/// What one call of force() did; the same on every rank.
+struct ForcingReport {
+  int loops = 0;
+  Slip before;  ///< of the predicted velocity, before the first loop
+  Slip after;   ///< after the last loop; measured only when asked for or needed by the tolerance
+  Vec3 force_on_fluid = Vec3::Zero();      ///< of all markers, mean over the stage [M L/T^2]
+  Vec3 force_of_fixed = Vec3::Zero();      ///< the fixed spheres' part of it
+};
+
+/// Spheres in the flow by direct forcing at Lagrangian markers (Uhlmann 2005) with repeated forcing
+/// and the momentum of the fluid inside (Kempe and Froehlich 2012); README.md has the equations and
+/// the reasons. Every call is collective over the decomposition's ranks; all ranks know all
+/// spheres. Once per Runge-Kutta stage, in this order:
+///
+///   move_spheres(...)       after the grains have moved
+///   start_stage(velocity)   before the momentum predictor
+///   force(velocity, dt)     on the predicted velocity
+///   loads(dt)               then the pressure may be solved
+template <class Real>
+class ImmersedBoundary {
+ public:
+  /// `grid` and `slabs` must outlive this object.
+  ImmersedBoundary(const Settings& settings, const Grid& grid, const Decomposition& slabs);
+
+  /// All spheres of the run, the same list on every rank; fixed ones' weights are computed here,
+  /// once. Mobile spheres that stay keep what is remembered of them, by tag. Throws UserError when
+  /// a tag comes twice or a radius is not positive.
+  void set_spheres(std::span<const SphereState> all);
+
+  /// New position, velocity and spin of mobile spheres, by tag; the others stay. Throws UserError
+  /// on an unknown or fixed tag.
+  void move_spheres(std::span<const SphereState> moved);
+
+  /// Takes the momentum inside the mobile spheres from the velocity before the predictor.
+  void start_stage(const Field<Real>& velocity);
+
+  /// Adds the forcing of a stage of length `stage_step` [T] to the velocity (three components).
+  /// Periodic and rank ghosts are valid on entry and on exit; ghosts beyond walls are neither used
+  /// nor changed. With `measure` the slip that is left is measured, at half a loop's cost.
+  ForcingReport force(Field<Real>& velocity, double stage_step, bool measure = false);
+
+  /// Slip of any velocity field, for instance the projected one; only reads.
+  Slip slip(const Field<Real>& velocity);
+
+  /// Hydrodynamic force (buoyancy included) and torque on each mobile sphere, mean over the stage
+  /// whose force() came last; in the order of set_spheres(), complete on every rank.
+  std::vector<SphereLoad> loads(double stage_step);
+
+  int fixed_count() const { return static_cast<int>(fixed_.size()); }
+  int mobile_count() const { return static_cast<int>(mobile_.size()); }
+  /// Markers over all ranks (their velocity components counted as one).
+  std::int64_t marker_count() const;
+
+ private:
+  using Lists = std::array<MarkerList<Real>, 3>;
+  /// Momentum inside a mobile sphere that its motion has not got yet, per fluid density.
+  struct Memory {
+    InteriorMomentum forced;  ///< inside after the last forcing
+    InteriorMomentum owed;
+    bool fresh = true;
+  };
+  struct Mobile {
+    SphereState state;
+    Memory memory;
+    std::array<InteriorSums, 3> before, after;  ///< this rank's share
+    Vec3 given = Vec3::Zero();                  ///< velocity times cells, this rank's share
+    Vec3 given_moment = Vec3::Zero();
+  };
+
+  const MarkerLayout& layout_of(double radius) const;
+  void add_layout(double radius);
+  void place_fixed();
+  void place_mobile();
+  void fit_scratch();
+  void weigh_fixed();
+  void weigh_mobile();
+  Slip find_changes(const Field<Real>& velocity);
+  void sum_given(ForcingReport& report, double stage_step);
+
+  Grid grid_;
+  const Decomposition& slabs_;
+  double density_, retraction_, tolerance_;
+  Vec3 gravity_;
+  int most_loops_;
+
+  std::vector<MarkerLayout> layouts_;  ///< one per radius
+  std::vector<SphereState> fixed_;
+  std::vector<Mobile> mobile_;
+  std::unordered_map<std::int64_t, std::size_t> mobile_by_tag_;
+  Lists fixed_lists_, mobile_lists_;
+  std::array<std::vector<Real>, 3> fixed_row_sums_;  ///< of fixed markers among themselves
+  std::optional<SphereBins> fixed_bins_;
+  std::vector<char> near_mobile_;  ///< fixed spheres whose markers share supports with mobile ones
+  MarkerHalo halo_;         ///< rows of all spheres
+  MarkerHalo mobile_halo_;  ///< rows of mobile spheres
+  Field<Real> scratch_;     ///< planes up to the highest sphere; zero between calls
+  bool stage_started_ = false;
+};
+
+}  // namespace bedload

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "fluid/decomposition.hpp"
+#include "fluid/field.hpp"
+#include "fluid/sphere.hpp"
+
+namespace bedload {
+
+/// Brings home what markers spread into ghosts, and refreshes ghosts, in the rows near spheres
+/// only. Which rows these are follows from the spheres' positions by the same arithmetic on every
+/// rank, so that neighbours agree without a message.
+class MarkerHalo {
+ public:
+  MarkerHalo(const Grid& grid, const Decomposition& slabs);
+
+  void forget();                                      ///< no rows
+  void mark(const Vec3& centre, double radius);       ///< adds the rows that a sphere may touch
+  void keep() { kept_ = marked_; }                    ///< remembers the present rows ...
+  void reset() { marked_ = kept_; }                   ///< ... and goes back to them
+  void finish();                                      ///< makes lists of the marked rows
+
+  /// Empties the ghosts of the marked rows. Markers may then spread.
+  template <class Real>
+  void clear_ghosts(Field<Real>& field) const;
+  /// Adds ghosts of the marked rows to the cells that they stand for. Collective.
+  template <class Real>
+  void collect(Field<Real>& field) const;
+  /// Makes the ghosts of the marked rows valid again. Collective.
+  template <class Real>
+  void refresh(Field<Real>& field) const;
+
+ private:
+  struct Marks {
+    std::vector<char> below, above;  ///< z rows at the interface with the lower and upper slab
+    std::vector<char> seam;          ///< rows (j + 1) * nz + k that reach an end of periodic x
+  };
+  void mark_rows(std::vector<char>& rows, std::size_t first, double z, double half_width) const;
+
+  const Grid& grid_;
+  const Decomposition& slabs_;
+  Marks marked_, kept_;
+  std::vector<int> below_, above_;         ///< z rows exchanged with the neighbours
+  std::vector<std::pair<int, int>> seam_;  ///< (j, k)
+};
+
+}  // namespace bedload
