@@ -1,0 +1,247 @@
+#include "liggghts_styles/fix_collision_table.hpp"
+
+#include <fmt/format.h>
+#include <mpi.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <string_view>
+
+#include "liggghts_styles/keywords.hpp"
+#include "liggghts_styles/liggghts.hpp"
+
+namespace bedload {
+
+namespace {
+constexpr const char* style_name = "fix collision/table";
+constexpr const char* columns =
+    "tag_i,tag_j,time_start,time_end,x,y,z,impact_speed_normal,impact_speed_tangential,"
+    "rebound_speed_normal,impulse_normal,impulse_tangential\n";
+}  // namespace
+
+FixCollisionTable::FixCollisionTable(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
+    : Fix(lammps, narg, arg) {
+  nevery = 1;
+  scalar_flag = 1;
+  global_freq = 1;
+  restart_peratom = 1;
+  if (modify->find_fix_style_strict("collision/table", 0) != nullptr) {
+    stop_run(lmp, "fix collision/table: there is one already, and one serves all pairs and walls");
+  }
+  for (int n = 3; n < narg; n += 2) {
+    const std::string_view key(arg[n]);
+    if (key != "file" && key != "every") {
+      stop_run(lmp,
+               fmt::format("{}: unknown keyword '{}', there are file and every", style_name, key));
+    }
+    if (n + 1 == narg)
+      stop_run(lmp, fmt::format("{}: {} needs a value behind it", style_name, key));
+    if (key == "file") {
+      file_ = arg[n + 1];
+    } else {
+      const double value = read_number(lmp, style_name, key, arg[n + 1]);
+      check_number(lmp, style_name, {"every", 1, true, 1e9}, value);
+      every_ = static_cast<std::int64_t>(value);
+    }
+  }
+  if (file_.empty()) stop_run(lmp, "fix collision/table needs the keyword 'file <name>'");
+  atom->add_callback(1);
+}
+
+FixCollisionTable::~FixCollisionTable() { atom->delete_callback(id, 1); }
+
+int FixCollisionTable::setmask() {
+  return LAMMPS_NS::FixConst::PRE_NEIGHBOR | LAMMPS_NS::FixConst::END_OF_STEP;
+}
+
+void FixCollisionTable::init() {
+  if (!attached_) {
+    stop_run(lmp,
+             "fix collision/table works with pair_style gran and a contact model that bedload "
+             "knows: normal actm, rpm, hertz or hooke");
+  }
+  if (started_ || comm->me != 0) {
+    started_ = true;
+    return;
+  }
+  // A run from its beginning starts a new table, a restarted one goes on with what is there.
+  started_ = true;
+  const bool fresh = update->ntimestep == 0;
+  std::FILE* out = std::fopen(file_.c_str(), fresh ? "w" : "a");
+  if (out == nullptr) {
+    error->one(FLERR, fmt::format("{}: cannot write the file '{}'", style_name, file_).c_str());
+    return;
+  }
+  std::fseek(out, 0, SEEK_END);
+  if (std::ftell(out) == 0) std::fputs(columns, out);
+  std::fclose(out);
+}
+
+void FixCollisionTable::touch(const ContactStep& c) {
+  const int* tag = atom->tag;
+  const bool pair = c.j >= 0;
+  if (((atom->mask[c.i] | (pair ? atom->mask[c.j] : 0)) & groupbit) == 0) return;
+  // A pair across a rank boundary is seen from both sides; the lower tag's side keeps it.
+  if (pair && c.j >= atom->nlocal && tag[c.i] > tag[c.j]) return;
+  Record fresh{};
+  fresh.tag = pair ? std::min(tag[c.i], tag[c.j]) : tag[c.i];
+  fresh.other = pair ? std::max(tag[c.i], tag[c.j]) : -c.wall;
+  const auto now = static_cast<double>(update->ntimestep);
+  const double time = update->get_cur_time(), dt = update->dt;
+
+  auto [place, is_new] = open_.try_emplace(key_of(fresh), fresh);
+  Record& r = place->second;
+  if (is_new) {
+    // Touched since -gap / speed, if that lies within this step.
+    const double since = c.gap < 0 && c.normal_speed < 0 ? c.gap / c.normal_speed : 0.0;
+    r.start_time = time - std::min(since, dt);
+    for (int d = 0; d < 3; ++d) {
+      r.position[d] = atom->x[c.i][d] - (c.radius + 0.5 * c.gap) * c.normal[d];
+    }
+    r.impact_speed = -c.normal_speed;
+    r.impact_slip = c.tangential_speed;
+  }
+  double normal_force = 0;
+  for (int d = 0; d < 3; ++d) normal_force += c.force[d] * c.normal[d];
+  r.normal_impulse += normal_force * dt;
+  // As seen by the sphere of the lower tag.
+  const double sense = pair && tag[c.i] > tag[c.j] ? -1 : 1;
+  for (int d = 0; d < 3; ++d) {
+    r.tangential_impulse[d] += sense * (c.force[d] - normal_force * c.normal[d]) * dt;
+  }
+  r.last_step = now;
+  r.last_time = time;
+  r.last_gap = c.gap;
+  r.last_speed = c.normal_speed + normal_force * dt * c.inverse_mass;
+}
+
+void FixCollisionTable::end_of_step() {
+  const auto now = static_cast<double>(update->ntimestep);
+  for (auto place = open_.begin(); place != open_.end();) {
+    if (place->second.last_step < now) {
+      finish(place->second);
+      place = open_.erase(place);
+    } else {
+      ++place;
+    }
+  }
+  if (update->ntimestep % every_ == 0) write();
+}
+
+void FixCollisionTable::finish(const Record& r) {
+  const double until = r.last_gap < 0 && r.last_speed > 0
+                           ? std::min(-r.last_gap / r.last_speed, 1.5 * update->dt)
+                           : 0.0;
+  const double* t = r.tangential_impulse;
+  finished_.push_back({r.tag, r.other < 0 ? -1.0 : r.other, r.start_time, r.last_time + until,
+                       r.position[0], r.position[1], r.position[2], r.impact_speed, r.impact_slip,
+                       r.last_speed, r.normal_impulse,
+                       std::sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])});
+}
+
+std::vector<double> FixCollisionTable::gather(const std::vector<double>& mine) const {
+  const int count = static_cast<int>(mine.size());
+  std::vector<int> counts(comm->nprocs), starts(comm->nprocs, 0);
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
+  for (int n = 1; n < comm->nprocs; ++n) starts[n] = starts[n - 1] + counts[n - 1];
+  std::vector<double> all(starts.back() + counts.back());
+  MPI_Allgatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), starts.data(),
+                 MPI_DOUBLE, world);
+  return all;
+}
+
+void FixCollisionTable::write() {
+  std::vector<double> mine;
+  for (const Row& row : finished_) mine.insert(mine.end(), row.begin(), row.end());
+  finished_.clear();
+  const std::vector<double> all = gather(mine);
+  std::vector<Row> rows(all.size() / std::tuple_size_v<Row>);
+  std::memcpy(rows.data(), all.data(), all.size() * sizeof(double));
+  count_ += static_cast<std::int64_t>(rows.size());
+  if (comm->me != 0 || rows.empty()) return;
+  // By end, then tags: the same order on any number of ranks.
+  std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
+    return std::tie(a[3], a[0], a[1]) < std::tie(b[3], b[0], b[1]);
+  });
+  std::FILE* out = std::fopen(file_.c_str(), "a");
+  if (out == nullptr) {
+    error->one(FLERR, fmt::format("{}: cannot write the file '{}'", style_name, file_).c_str());
+    return;
+  }
+  for (const Row& row : rows) {
+    fmt::print(out, "{:.0f},{:.0f}", row[0], row[1]);
+    for (std::size_t n = 2; n < row.size(); ++n) fmt::print(out, ",{:.12g}", row[n]);
+    std::fputc('\n', out);
+  }
+  std::fclose(out);
+}
+
+// Spheres may have changed rank: their contacts follow.
+void FixCollisionTable::pre_neighbor() {
+  if (comm->nprocs == 1) return;
+  const auto is_mine = [&](double tag) {
+    const int i = atom->map(static_cast<int>(tag));
+    return i >= 0 && i < atom->nlocal;
+  };
+  std::vector<double> leaving;
+  for (auto place = open_.begin(); place != open_.end();) {
+    if (is_mine(place->second.tag)) {
+      ++place;
+      continue;
+    }
+    const auto* numbers = reinterpret_cast<const double*>(&place->second);
+    leaving.insert(leaving.end(), numbers, numbers + record_size);
+    place = open_.erase(place);
+  }
+  const std::vector<double> all = gather(leaving);
+  for (std::size_t n = 0; n < all.size(); n += record_size) {
+    Record r;
+    std::memcpy(&r, &all[n], sizeof(Record));
+    if (is_mine(r.tag)) open_.emplace(key_of(r), r);
+  }
+}
+
+void FixCollisionTable::post_run() { write(); }
+
+double FixCollisionTable::compute_scalar() {
+  double mine = static_cast<double>(finished_.size()), all = 0;
+  MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_SUM, world);
+  return all + static_cast<double>(count_);
+}
+
+// Restart: with each sphere the contacts that it keeps, behind their number of values.
+int FixCollisionTable::size_restart(int i) {
+  const auto first = open_.lower_bound({atom->tag[i], INT64_MIN});
+  const auto last = open_.upper_bound({atom->tag[i], INT64_MAX});
+  return 1 + record_size * static_cast<int>(std::distance(first, last));
+}
+
+int FixCollisionTable::maxsize_restart() { return 1 + 64 * record_size; }
+
+int FixCollisionTable::pack_restart(int i, double* buffer) {
+  const int size = size_restart(i);
+  buffer[0] = size;
+  double* next = buffer + 1;
+  const auto last = open_.upper_bound({atom->tag[i], INT64_MAX});
+  for (auto place = open_.lower_bound({atom->tag[i], INT64_MIN}); place != last; ++place) {
+    std::memcpy(next, &place->second, sizeof(Record));
+    next += record_size;
+  }
+  return size;
+}
+
+void FixCollisionTable::unpack_restart(int local, int nth) {
+  // LIGGGHTS keeps what all fixes stored for a sphere in one row, each part behind its length.
+  const double* part = atom->extra[local];
+  for (int n = 0; n < nth; ++n) part += static_cast<int>(*part);
+  const int size = static_cast<int>(*part);
+  for (int n = 1; n < size; n += record_size) {
+    Record r;
+    std::memcpy(&r, part + n, sizeof(Record));
+    open_.emplace(key_of(r), r);
+  }
+}
+
+}  // namespace bedload

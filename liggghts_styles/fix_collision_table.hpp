@@ -1,0 +1,85 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "fix.h"
+
+namespace bedload {
+
+/// One step of one contact, as the contact models see it.
+struct ContactStep {
+  int i, j;                      ///< local indices; j = -1 for a wall
+  int wall;                      ///< number of the wall, 0 for a pair
+  std::array<double, 3> normal;  ///< unit vector towards i
+  double gap;                    ///< [m], negative in overlap
+  double radius;                 ///< of i [m]
+  double normal_speed;           ///< rate at which the gap opens, before this step's force [m/s]
+  double tangential_speed;       ///< slip speed at the contact point [m/s]
+  std::array<double, 3> force;   ///< on i [N]
+  double inverse_mass;           ///< of the pair [1/kg]
+};
+
+/// fix ID group collision/table file NAME [every N]
+///
+/// Writes one row per finished contact of spheres of the group, with each other, with other spheres
+/// and with walls. User page doc/fix_collision_table.md.
+///
+/// A contact is kept by the rank that owns the sphere of the lower tag, and moves with it.
+class FixCollisionTable : public LAMMPS_NS::Fix {
+ public:
+  FixCollisionTable(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg);
+  ~FixCollisionTable() override;
+
+  int setmask() override;
+  void init() override;
+  void pre_neighbor() override;
+  void end_of_step() override;
+  void post_run() override;
+  double compute_scalar() override;
+
+  int pack_restart(int i, double* buffer) override;
+  void unpack_restart(int local, int nth) override;
+  int size_restart(int local) override;
+  int maxsize_restart() override;
+
+  /// Called by the contact models for every contact that exerts a force in this step.
+  void touch(const ContactStep& step);
+
+  /// Called by the contact models before a run: the table is fed.
+  void attach() { attached_ = true; }
+
+ private:
+  /// A contact that is under way. Plain numbers only: it travels by MPI and in restart files.
+  struct Record {
+    double tag, other;  // other: tag of the partner, or -(number of the wall)
+    double start_time;
+    double position[3];
+    double impact_speed, impact_slip;
+    double normal_impulse, tangential_impulse[3];
+    double last_step, last_time, last_gap, last_speed;
+  };
+  static constexpr int record_size = sizeof(Record) / sizeof(double);
+  using Key = std::pair<std::int64_t, std::int64_t>;
+  /// One row of the table, in the order of its columns.
+  using Row = std::array<double, 12>;
+
+  static Key key_of(const Record& r) {
+    return {static_cast<std::int64_t>(r.tag), static_cast<std::int64_t>(r.other)};
+  }
+  void finish(const Record& record);
+  void write();
+  std::vector<double> gather(const std::vector<double>& mine) const;
+
+  std::string file_;
+  std::int64_t every_ = 1000;
+  bool attached_ = false, started_ = false;
+  std::map<Key, Record> open_;
+  std::vector<Row> finished_;
+  std::int64_t count_ = 0;
+};
+
+}  // namespace bedload

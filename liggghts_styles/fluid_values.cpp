@@ -1,0 +1,81 @@
+#include "liggghts_styles/fluid_values.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+
+#include "fix_gravity.h"
+#include "fix_property_global.h"
+#include "lammps.h"
+#include "liggghts_styles/keywords.hpp"
+#include "modify.h"
+
+namespace bedload {
+
+namespace {
+
+const double* extract(LAMMPS_NS::LAMMPS* lmp, const char* style, std::string_view key) {
+  LAMMPS_NS::Fix* fix = lmp->modify->find_fix_style_strict(style, 0);
+  int dimension = 0;
+  return fix == nullptr
+             ? nullptr
+             : static_cast<const double*>(fix->extract(std::string(key).c_str(), dimension));
+}
+
+}  // namespace
+
+FluidValue FluidValue::constant(double value) {
+  FluidValue v;
+  v.value_ = value;
+  v.given_ = true;
+  return v;
+}
+
+FluidValue FluidValue::find(LAMMPS_NS::LAMMPS* lmp, std::string_view key,
+                            std::string_view property) {
+  FluidValue v;
+  if (!key.empty()) v.live_ = extract(lmp, "couple/fluid", key);
+  if (v.live_ != nullptr || property.empty()) return v;
+  const std::string name(property);
+  auto* fix = static_cast<LAMMPS_NS::FixPropertyGlobal*>(lmp->modify->find_fix_property(
+      name.c_str(), "property/global", "scalar", 0, 0, "bedload", false));
+  return fix == nullptr ? v : constant(fix->compute_scalar());
+}
+
+FluidValue require_fluid_time_step(LAMMPS_NS::LAMMPS* lmp, std::string_view style) {
+  const FluidValue dt = FluidValue::find(lmp, "dt_fluid", "fluidTimeStep");
+  if (!dt.known()) {
+    stop_run(lmp,
+             fmt::format("{} needs the fluid time step: add a fix couple/fluid, or without a "
+                         "fluid the line 'fix ID all property/global fluidTimeStep scalar <s>'",
+                         style));
+  }
+  if (!dt.live() && !(dt.get() > 0)) {
+    stop_run(lmp, fmt::format("{}: the fluid time step has to be more than 0, found {}", style,
+                              dt.get()));
+  }
+  return dt;
+}
+
+FluidValue find_viscosity(LAMMPS_NS::LAMMPS* lmp) {
+  const FluidValue v = FluidValue::find(lmp, "viscosity", "fluidViscosity");
+  if (v.known()) return v;
+  const double* of_fix = extract(lmp, "lubrication", "viscosity");
+  return of_fix == nullptr ? v : FluidValue::constant(*of_fix);
+}
+
+double find_fluid_density(LAMMPS_NS::LAMMPS* lmp) {
+  const FluidValue v = FluidValue::find(lmp, "fluid_density", "fluidDensity");
+  return v.known() ? v.get() : 0.0;
+}
+
+double find_gravity(LAMMPS_NS::LAMMPS* lmp) {
+  auto* fix = static_cast<LAMMPS_NS::FixGravity*>(lmp->modify->find_fix_style_strict("gravity", 0));
+  if (fix == nullptr) return 0.0;
+  double g[3];
+  fix->get_gravity(g);
+  return std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
+}
+
+}  // namespace bedload

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <string_view>
+
+namespace LAMMPS_NS {
+class LAMMPS;
+}
+
+namespace bedload {
+
+/// A number that belongs to the fluid (its time step, viscosity, ...) as the contact styles see it:
+/// where a fix of style couple/fluid is present, the number that this fix holds, read anew each
+/// time, else a constant from the script, else nothing.
+class FluidValue {
+ public:
+  FluidValue() = default;
+
+  /// Looks for `key` in the fix couple/fluid (Fix::extract), then for
+  /// `fix ID all property/global <property> scalar <value>`. An empty name skips that place.
+  static FluidValue find(LAMMPS_NS::LAMMPS* lmp, std::string_view key, std::string_view property);
+
+  static FluidValue constant(double value);
+
+  bool known() const { return live_ != nullptr || given_; }
+  bool live() const { return live_ != nullptr; }
+  double get() const { return live_ != nullptr ? *live_ : value_; }
+
+ private:
+  const double* live_ = nullptr;
+  double value_ = 0;
+  bool given_ = false;
+};
+
+/// Length of a fluid time step [s]; ends the run with one sentence if nothing gives it or if the
+/// script gives none above 0. (What the coupling gives may change from step to step.)
+FluidValue require_fluid_time_step(LAMMPS_NS::LAMMPS* lmp, std::string_view style);
+
+/// Dynamic viscosity [Pa s], from the coupling, the property fluidViscosity or a fix lubrication;
+/// may be unknown (a dry scene).
+FluidValue find_viscosity(LAMMPS_NS::LAMMPS* lmp);
+
+/// Density of the fluid [kg/m³], from the coupling or the property fluidDensity; 0 if unknown.
+double find_fluid_density(LAMMPS_NS::LAMMPS* lmp);
+
+/// Magnitude of the gravitational acceleration of the first fix gravity [m/s²]; 0 without one.
+double find_gravity(LAMMPS_NS::LAMMPS* lmp);
+
+}  // namespace bedload

@@ -1,0 +1,52 @@
+#include "liggghts_styles/liggghts_program.hpp"
+
+#include <vtkMPI.h>
+#include <vtkMPICommunicator.h>
+#include <vtkMPIController.h>
+
+#include <cstdio>
+
+namespace bedload {
+
+namespace {
+
+// Called by MPI_Finalize, which frees the attributes of MPI_COMM_SELF first.
+int end_job_unless_clean(MPI_Comm, int, void* clean, void*) {
+  std::fflush(nullptr);
+  int size = 1;
+  MPI_Comm_size(MPI_COMM_WORLD, &size);
+  // Alone, LIGGGHTS' own exit(1) follows and nobody waits.
+  if (size > 1 && !*static_cast<bool*>(clean)) MPI_Abort(MPI_COMM_WORLD, 1);
+  return MPI_SUCCESS;
+}
+
+}  // namespace
+
+LiggghtsProgram::LiggghtsProgram(MPI_Comm dem) {
+  MPI_Comm_create_keyval(MPI_COMM_NULL_COPY_FN, end_job_unless_clean, &key_, nullptr);
+  MPI_Comm_set_attr(MPI_COMM_SELF, key_, &clean_);
+
+  vtkMPICommunicatorOpaqueComm opaque(&dem);
+  vtkMPICommunicator* communicator = vtkMPICommunicator::New();
+  communicator->InitializeExternal(&opaque);
+  vtkMPIController* controller = vtkMPIController::New();
+  controller->SetCommunicator(communicator);
+  communicator->Delete();
+  vtkMultiProcessController::SetGlobalController(controller);
+  controller_ = controller;
+}
+
+void LiggghtsProgram::finish() { clean_ = true; }
+
+LiggghtsProgram::~LiggghtsProgram() {
+  vtkMultiProcessController::SetGlobalController(nullptr);
+  if (controller_ != nullptr) static_cast<vtkMPIController*>(controller_)->Delete();
+  int finalized = 0;
+  MPI_Finalized(&finalized);
+  if (finalized == 0) {
+    MPI_Comm_delete_attr(MPI_COMM_SELF, key_);
+    MPI_Comm_free_keyval(&key_);
+  }
+}
+
+}  // namespace bedload

@@ -1,0 +1,30 @@
+#pragma once
+
+namespace LAMMPS_NS {
+class LAMMPS;
+}
+
+namespace bedload {
+
+/// Which particles answer to forces. A particle is held (infinite mass, infinite inertia) if a fix
+/// freeze, move or nve/noforce has it, or if no fix integrates it at all. LIGGGHTS' own effective
+/// mass knows only of freeze.
+class Mobility {
+ public:
+  Mobility() = default;
+
+  /// Reads the fixes that stand in the script now.
+  explicit Mobility(LAMMPS_NS::LAMMPS* lmp);
+
+  /// @param mask the particle's group mask (atom->mask)
+  bool held(int mask) const { return (mask & integrated_) == 0 || (mask & held_) != 0; }
+
+  /// 1/mass, 0 for a held particle [1/kg].
+  double inverse_mass(int mask, double mass) const { return held(mask) ? 0.0 : 1.0 / mass; }
+
+ private:
+  int integrated_ = 0;  // group bits that a time-integrating fix moves
+  int held_ = 0;        // group bits that move as prescribed or not at all
+};
+
+}  // namespace bedload

@@ -1,0 +1,208 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <vector>
+
+#include "liggghts_styles/fluid_values.hpp"
+#include "liggghts_styles/formulas/actm.hpp"
+#include "liggghts_styles/keywords.hpp"
+#include "liggghts_styles/liggghts.hpp"
+#include "liggghts_styles/material_values.hpp"
+#include "liggghts_styles/mobility.hpp"
+
+namespace LIGGGHTS::ContactModels {
+
+inline constexpr int BEDLOAD_ACTM = 20;
+
+/// normal model actm: the adaptive collision time model. Formulas in formulas/actm.hpp; user page
+/// doc/normal_actm.md.
+///
+/// Contact history, zero while there is no contact:
+///   actm_k, actm_d        stiffness and damping of this contact
+///   actm_birth_overlap    overlap from which the contact counts (0 but for spheres put into
+///   overlap) actm_speed            calibration speed actm_force            normal force of the
+///   last step actm_step             number of the last step in contact
+template <>
+class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
+ public:
+  NormalModel(LAMMPS* lammps, IContactHistorySetup* hsetup, ContactModelBase* cmb)
+      : NormalModelBase(lammps, hsetup, cmb) {
+    first_ = hsetup->add_history_value("actm_k", "0");
+    hsetup->add_history_value("actm_d", "0");
+    hsetup->add_history_value("actm_birth_overlap", "0");
+    hsetup->add_history_value("actm_speed", "0");
+    hsetup->add_history_value("actm_force", "0");
+    const int step = hsetup->add_history_value("actm_step", "0");
+    cmb->add_history_offset("actm_step", step);
+  }
+
+  void registerSettings(Settings& settings) override {
+    settings.registerDoubleSetting("collisionSteps", collision_steps_, 10.0);
+    settings.registerDoubleSetting("criticalStokes", critical_stokes_, 5.0);
+    settings.registerDoubleSetting("restingOverlap", resting_overlap_, 1e-3);
+  }
+
+  void postSettings(IContactHistorySetup*, ContactModelBase*) override {}
+
+  void connectToProperties(PropertyRegistry&) override {
+    restitution_ = bedload::read_pair_property(lmp, "normal model actm", "coefficientRestitution",
+                                               bedload::contact::minimum_restitution, 1.0);
+    calibrations_.clear();
+    std::map<double, bedload::contact::ActmCalibration> done;
+    for (int i = 1; i <= restitution_.types(); ++i) {
+      for (int j = 1; j <= restitution_.types(); ++j) {
+        const double e = restitution_(i, j);
+        if (!done.contains(e)) done[e] = bedload::contact::calibrate_actm(e);
+        calibrations_.push_back(done[e]);
+      }
+    }
+    fluid_step_ = bedload::require_fluid_time_step(lmp, "normal model actm");
+    viscosity_ = bedload::find_viscosity(lmp);
+    mobility_ = bedload::Mobility(lmp);
+    gravity_known_ = false;
+  }
+
+  double stressStrainExponent() override { return 1.5; }
+
+  void beginPass(SurfacesIntersectData&, ForceData&, ForceData&) override {}
+  void endPass(SurfacesIntersectData&, ForceData&, ForceData&) override {}
+
+  void surfacesIntersect(SurfacesIntersectData& s, ForceData& i_forces,
+                         ForceData& j_forces) override {
+    if (s.contact_flags) *s.contact_flags |= CONTACT_NORMAL_MODEL;
+    History& h = *reinterpret_cast<History*>(s.contact_history + first_);
+    const bool advancing = s.computeflag && s.shearupdate;
+    const auto now = static_cast<double>(update->ntimestep);
+
+    // Where the integrator asks again for the forces of a step that was made (start of a run,
+    // output), it gets what was applied; asked for them at a step not made, the contact is read
+    // only.
+    double force = 0;
+    if (advancing) {
+      force = advance(s, h, now);
+    } else if (h.stiffness > 0 && h.step == now) {
+      force = h.force;
+    }
+
+    s.Fn = force;
+    // For shipped tangential and rolling models, which scale with the normal stiffness: secant
+    // stiffness and damping, the tangential ones by the usual 2/7.
+    s.kn = h.stiffness * std::sqrt(std::max(0.0, s.deltan - h.birth_overlap));
+    s.gamman = h.damping;
+    s.kt = 2.0 / 7.0 * s.kn;
+    s.gammat = 2.0 / 7.0 * s.gamman;
+
+    const double scale = s.is_wall ? s.area_ratio : 1.0;
+    for (int d = 0; d < 3; ++d) {
+      i_forces.delta_F[d] += scale * force * s.en[d];
+      if (!s.is_wall) j_forces.delta_F[d] -= force * s.en[d];
+    }
+  }
+
+  void surfacesClose(SurfacesCloseData&, ForceData&, ForceData&) override {}
+
+ private:
+  struct History {
+    double stiffness, damping, birth_overlap, speed, force, step;
+  };
+
+  /// One step of a contact: birth if there is none, force, memory of both.
+  double advance(const SurfacesIntersectData& s, History& h, double now) {
+    const double approach = -s.vn;
+    const bool alive = h.stiffness > 0 && h.step == now - 1 && s.deltan > h.birth_overlap;
+    h.force = 0;
+    if (!alive) {
+      h.stiffness = 0;
+      if (approach <= 0) return 0;  // only approaching surfaces begin a contact
+      // Surfaces that met within this step overlap by no more than they came closer in it. Any
+      // further overlap was put there, and a contact counts from it: no energy from nowhere.
+      h.birth_overlap = std::max(0.0, s.deltan - approach * update->dt);
+    }
+    const double mass = effective_mass(s);
+    if (mass == 0) return 0;  // neither can move
+    if (!alive || approach > softening * h.speed) calibrate(s, mass, approach, h);
+    const bedload::contact::ActmCoefficients c{h.stiffness, h.damping};
+    h.force = bedload::contact::actm_step_force(c, s.deltan - h.birth_overlap, approach, mass,
+                                                update->dt, !alive);
+    h.step = now;
+    return h.force;
+  }
+
+  /// k and d of a contact that begins with (or is hit at) the speed u.
+  void calibrate(const SurfacesIntersectData& s, double mass, double u, History& h) {
+    if (!gravity_known_) {  // not yet at connectToProperties: fixes are initialised after the pair
+      gravity_ = bedload::find_gravity(lmp);
+      fluid_density_ = bedload::find_fluid_density(lmp);
+      gravity_known_ = true;
+    }
+    const auto& calibration = calibrations_[(s.itype - 1) * restitution_.types() + s.jtype - 1];
+    const double collision_time = collision_steps_ * fluid_step_.get();
+    if (!(collision_time > 0)) {
+      error->one(FLERR, "normal model actm: the coupling has not set a fluid time step above 0");
+    }
+    const Partner heavier = heavier_partner(s);
+    const double g = gravity_ * std::max(0.0, 1 - fluid_density_ / heavier.density);
+
+    // Enduring contact: impact speed below St_crit, or so low that weight turns the sphere round
+    // within one collision time.
+    double critical = 0.5 * g * collision_time;
+    if (viscosity_.known()) {
+      critical = std::max(critical,
+                          bedload::contact::speed_at_stokes(critical_stokes_, viscosity_.get(),
+                                                            2 * heavier.density * heavier.radius));
+    }
+    h.speed = std::max(u, critical);
+    auto c = bedload::contact::actm_coefficients(mass, h.speed, collision_time, calibration);
+    if (u < critical && g > 0) {
+      const double bearing = bedload::contact::stiffness_bearing(
+          heavier.mass * g, resting_overlap_ * smaller_radius(s));
+      if (bearing > c.stiffness) {
+        c = bedload::contact::actm_coefficients_of_stiffness(mass, h.speed, bearing, calibration);
+      }
+    }
+    h.stiffness = c.stiffness;
+    h.damping = c.damping;
+  }
+
+  struct Partner {
+    double mass, radius, density;
+  };
+
+  double smaller_radius(const SurfacesIntersectData& s) const {
+    return s.is_wall ? s.radi : std::min(s.radi, s.radj);
+  }
+
+  Partner heavier_partner(const SurfacesIntersectData& s) const {
+    const bool first = s.is_wall || mobility_.held(atom->mask[s.j]) ||
+                       (!mobility_.held(atom->mask[s.i]) && s.mi >= s.mj);
+    const double mass = first ? s.mi : s.mj;
+    const double radius = first ? s.radi : s.radj;
+    return {mass, radius, mass / (4.0 / 3.0 * std::numbers::pi * radius * radius * radius)};
+  }
+
+  /// Reduced mass, with held partners infinitely heavy; 0 if both are held.
+  double effective_mass(const SurfacesIntersectData& s) const {
+    const double inverse = mobility_.inverse_mass(atom->mask[s.i], s.mi) +
+                           (s.is_wall ? 0.0 : mobility_.inverse_mass(atom->mask[s.j], s.mj));
+    return inverse > 0 ? 1 / inverse : 0.0;
+  }
+
+  /// A contact that is hit this many times faster than it was calibrated for would last less than
+  /// half of T_c (T ~ u^{-1/5}) and may not be resolved: it becomes softer then. That takes elastic
+  /// energy away and never adds any.
+  static constexpr double softening = 32;
+
+  int first_ = 0;
+  double collision_steps_ = 10, critical_stokes_ = 5, resting_overlap_ = 1e-3;
+  bedload::PairTable restitution_;
+  std::vector<bedload::contact::ActmCalibration> calibrations_;
+  bedload::FluidValue fluid_step_, viscosity_;
+  bedload::Mobility mobility_;
+  bool gravity_known_ = false;
+  double gravity_ = 0, fluid_density_ = 0;
+};
+
+}  // namespace LIGGGHTS::ContactModels

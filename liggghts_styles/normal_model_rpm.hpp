@@ -1,0 +1,120 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "liggghts_styles/fluid_values.hpp"
+#include "liggghts_styles/formulas/rpm.hpp"
+#include "liggghts_styles/keywords.hpp"
+#include "liggghts_styles/liggghts.hpp"
+#include "liggghts_styles/mobility.hpp"
+#include "liggghts_styles/wall_reach.hpp"
+
+namespace LIGGGHTS::ContactModels {
+
+inline constexpr int BEDLOAD_RPM = 21;
+
+/// normal model rpm: the repulsive potential model, which acts before the surfaces touch. Formulas
+/// in formulas/rpm.hpp; user page doc/normal_rpm.md.
+template <>
+class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
+ public:
+  NormalModel(LAMMPS* lammps, IContactHistorySetup* hsetup, ContactModelBase* cmb)
+      : NormalModelBase(lammps, hsetup, cmb) {}
+
+  void registerSettings(Settings& settings) override {
+    settings.registerDoubleSetting("range", range_setting_, 0.0);
+    settings.registerDoubleSetting("strength", strength_setting_, 0.0);
+    settings.registerDoubleSetting("collisionSteps", collision_steps_, 5.0);
+  }
+
+  void postSettings(IContactHistorySetup*, ContactModelBase*) override {}
+
+  void connectToProperties(PropertyRegistry& registry) override {
+    mobility_ = bedload::Mobility(lmp);
+    range_ = range_setting_;
+    if (range_ == 0) {
+      const bedload::FluidValue h = bedload::FluidValue::find(lmp, "cell_size", "fluidCellSize");
+      if (!h.known()) {
+        bedload::stop_run(
+            lmp,
+            "normal model rpm needs its range: write the keyword 'range <m>' behind the "
+            "model, or add a fix couple/fluid, whose grid spacing gives it");
+      }
+      range_ = 2 * h.get();
+    }
+    if (strength_setting_ == 0)
+      fluid_step_ = bedload::require_fluid_time_step(lmp, "normal model rpm");
+    largest_radius_ = registry.max_radius();
+    bedload::reach_out(lmp, "normal model rpm", range_);
+    ready_ = false;
+  }
+
+  double stressStrainExponent() override { return 2.0; }
+
+  void beginPass(SurfacesIntersectData&, ForceData&, ForceData&) override {}
+  void endPass(SurfacesIntersectData&, ForceData&, ForceData&) override {}
+
+  void surfacesIntersect(SurfacesIntersectData& s, ForceData& i_forces,
+                         ForceData& j_forces) override {
+    if (s.contact_flags) *s.contact_flags |= CONTACT_NORMAL_MODEL;
+    const double force = repel(s, -s.deltan, s.en, i_forces, j_forces);
+    s.Fn = force;
+    s.kn = 2 * force / (range_ + s.deltan);
+    s.kt = 2.0 / 7.0 * s.kn;
+    s.gamman = s.gammat = 0;
+  }
+
+  void surfacesClose(SurfacesCloseData& s, ForceData& i_forces, ForceData& j_forces) override {
+    const double r = std::sqrt(s.rsq);
+    const double gap = r - s.radsum;
+    if (gap >= range_) return;
+    const double en[3] = {s.delta[0] / r, s.delta[1] / r, s.delta[2] / r};
+    if (repel(s, gap, en, i_forces, j_forces) > 0) s.has_force_update = true;
+  }
+
+ private:
+  double repel(const SurfacesCloseData& s, double gap, const double* en, ForceData& i_forces,
+               ForceData& j_forces) {
+    if (!ready_) make_ready();
+    const double force = bedload::contact::rpm_force(gap, range_, strength_, mass(s) * gravity_);
+    for (int d = 0; d < 3; ++d) {
+      i_forces.delta_F[d] += force * en[d];
+      if (!s.is_wall) j_forces.delta_F[d] -= force * en[d];
+    }
+    return force;
+  }
+
+  /// The mass m_p of the formula: twice the reduced mass of two spheres (m_p for equal ones), the
+  /// mobile one's mass against a wall or a held sphere.
+  double mass(const SurfacesCloseData& s) const {
+    const double wi = mobility_.inverse_mass(atom->mask[s.i], atom->rmass[s.i]);
+    const double wj = s.is_wall ? 0.0 : mobility_.inverse_mass(atom->mask[s.j], atom->rmass[s.j]);
+    if (wi + wj == 0) return 0;
+    return (wi > 0 && wj > 0 ? 2.0 : 1.0) / (wi + wj);
+  }
+
+  /// Gravity is known only after the fixes have been initialised, thus at the first force.
+  /// Default strength: two equal spheres that meet at sqrt(g D) part after collisionSteps fluid
+  /// steps.
+  void make_ready() {
+    gravity_ = bedload::find_gravity(lmp);
+    if (gravity_ == 0)
+      error->one(FLERR, "normal model rpm measures its force in weights and needs a fix gravity");
+    strength_ = strength_setting_;
+    if (strength_ == 0) {
+      strength_ = bedload::contact::rpm_strength(std::sqrt(2 * gravity_ * largest_radius_),
+                                                 collision_steps_ * fluid_step_.get(), range_,
+                                                 gravity_, 0.5);
+    }
+    ready_ = true;
+  }
+
+  double range_setting_ = 0, strength_setting_ = 0, collision_steps_ = 5;
+  double range_ = 0, strength_ = 0, gravity_ = 0, largest_radius_ = 0;
+  bedload::FluidValue fluid_step_;
+  bedload::Mobility mobility_;
+  bool ready_ = false;
+};
+
+}  // namespace LIGGGHTS::ContactModels

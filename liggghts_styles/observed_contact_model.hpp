@@ -1,0 +1,111 @@
+#pragma once
+
+#include <cmath>
+
+#include "fix_mesh_surface.h"
+#include "fix_wall_gran.h"
+#include "liggghts_styles/fix_collision_table.hpp"
+#include "liggghts_styles/fix_lubrication.hpp"
+#include "liggghts_styles/liggghts.hpp"
+#include "liggghts_styles/mobility.hpp"
+
+namespace bedload {
+
+/// A LIGGGHTS contact model (any combination) that also tells fix lubrication which surfaces are
+/// close, and fix collision/table which contacts act. Both fixes thus serve all models, shipped
+/// ones included, and pairs, primitive and mesh walls alike, without a search of their own; without
+/// the fixes it costs two tests of a pointer per contact.
+template <class Style>
+class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style> {
+  using Base = LIGGGHTS::ContactModels::ContactModel<Style>;
+  using Touching = LIGGGHTS::ContactModels::SurfacesIntersectData;
+  using Close = LIGGGHTS::ContactModels::SurfacesCloseData;
+  using Forces = LIGGGHTS::ContactModels::ForceData;
+
+ public:
+  ObservedContactModel(LAMMPS_NS::LAMMPS* lmp, LIGGGHTS::IContactHistorySetup* setup, bool is_wall,
+                       std::int64_t hash)
+      : Base(lmp, setup, is_wall, hash), lmp_(lmp) {
+    if (is_wall) wall_ = dynamic_cast<LAMMPS_NS::FixWallGran*>(setup);
+  }
+
+  void connectToProperties(PropertyRegistry& registry) {
+    Base::connectToProperties(registry);
+    LAMMPS_NS::Modify& modify = *lmp_->modify;
+    lubrication_ = static_cast<FixLubrication*>(modify.find_fix_style_strict("lubrication", 0));
+    table_ = static_cast<FixCollisionTable*>(modify.find_fix_style_strict("collision/table", 0));
+    if (lubrication_ != nullptr) lubrication_->prepare();
+    if (table_ != nullptr) table_->attach();
+    mobility_ = Mobility(lmp_);
+  }
+
+  void surfacesIntersect(Touching& s, Forces& i_forces, Forces& j_forces) {
+    Base::surfacesIntersect(s, i_forces, j_forces);
+    if (table_ == nullptr || !s.computeflag || !s.shearupdate) return;
+    const double slip = std::sqrt(s.vtr1 * s.vtr1 + s.vtr2 * s.vtr2 + s.vtr3 * s.vtr3);
+    record(s, s.en, -s.deltan, s.vn, slip, i_forces);
+  }
+
+  void surfacesClose(Close& s, Forces& i_forces, Forces& j_forces) {
+    Base::surfacesClose(s, i_forces, j_forces);
+    const bool acts = table_ != nullptr && s.has_force_update && s.shearupdate;
+    if (!s.computeflag || (lubrication_ == nullptr && !acts)) return;
+    const double r = std::sqrt(s.rsq);
+    const double gap = r - s.radsum;
+    if (lubrication_ != nullptr && gap <= lubrication_->range()) {
+      const double n[3] = {s.delta[0] / r, s.delta[1] / r, s.delta[2] / r};
+      const double effective = s.is_wall ? s.radi : s.radi * s.radj / s.radsum;
+      const double smaller = s.is_wall ? s.radi : std::min(s.radi, s.radj);
+      lubrication_->add(s.i, s.is_wall ? -1 : s.j, gap, effective, smaller, n,
+                        s.is_wall ? s.v_j : nullptr);
+    }
+    if (acts) record_close(s, r, gap, i_forces);
+  }
+
+ private:
+  void record_close(const Close& s, double r, double gap, const Forces& i_forces) {
+    double n[3], v[3], vn = 0, squared = 0;
+    for (int d = 0; d < 3; ++d) {
+      n[d] = s.delta[d] / r;
+      v[d] = s.v_i[d] - s.v_j[d];
+      vn += v[d] * n[d];
+      squared += v[d] * v[d];
+    }
+    record(s, n, gap, vn, std::sqrt(std::max(0.0, squared - vn * vn)), i_forces);
+  }
+
+  void record(const Close& s, const double* n, double gap, double normal_speed, double slip,
+              const Forces& forces) {
+    const LAMMPS_NS::Atom& atom = *lmp_->atom;
+    const double* f = forces.delta_F;
+    if (f[0] == 0 && f[1] == 0 && f[2] == 0) return;
+    const double inverse_mass =
+        mobility_.inverse_mass(atom.mask[s.i], atom.rmass[s.i]) +
+        (s.is_wall ? 0.0 : mobility_.inverse_mass(atom.mask[s.j], atom.rmass[s.j]));
+    if (inverse_mass == 0) return;
+    table_->touch({s.i,
+                   s.is_wall ? -1 : s.j,
+                   s.is_wall ? wall_number(s) : 0,
+                   {n[0], n[1], n[2]},
+                   gap,
+                   s.radi,
+                   normal_speed,
+                   slip,
+                   {f[0], f[1], f[2]},
+                   inverse_mass});
+  }
+
+  /// The same on all ranks: place of the wall's (or mesh's) fix in the script, from 1.
+  int wall_number(const Close& s) const {
+    const char* id = s.fix_mesh != nullptr ? s.fix_mesh->id : wall_ != nullptr ? wall_->id : "";
+    return 1 + lmp_->modify->find_fix(id);
+  }
+
+  LAMMPS_NS::LAMMPS* lmp_;
+  LAMMPS_NS::FixWallGran* wall_ = nullptr;
+  FixLubrication* lubrication_ = nullptr;
+  FixCollisionTable* table_ = nullptr;
+  Mobility mobility_;
+};
+
+}  // namespace bedload

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "lammps.h"
+#include "modify.h"
+
+/// LIGGGHTS keeps its tables of styles private, and has no other way for a program to add one
+/// without editing its sources. An explicit template instantiation may name a private member; that
+/// is the legal door used here.
+namespace bedload::detail {
+
+template <auto Member>
+struct FixMapDoor {
+  friend auto& fix_map_of(LAMMPS_NS::Modify& modify) { return modify.*Member; }
+};
+
+auto& fix_map_of(LAMMPS_NS::Modify& modify);
+
+template struct FixMapDoor<&LAMMPS_NS::Modify::fix_map>;
+
+}  // namespace bedload::detail
+
+namespace bedload {
+
+/// Makes `fix ID group <name>` create a FixStyle. LIGGGHTS forgets this at `clear`.
+template <class FixStyle>
+void add_fix_style(LAMMPS_NS::LAMMPS* lmp, const std::string& name) {
+  (*detail::fix_map_of(*lmp->modify))[name] = [](LAMMPS_NS::LAMMPS* l, int narg,
+                                                 char** arg) -> LAMMPS_NS::Fix* {
+    return new FixStyle(l, narg, arg);
+  };
+}
+
+/// Whether a fix style of this name is there.
+inline bool has_fix_style(LAMMPS_NS::LAMMPS* lmp, const std::string& name) {
+  return detail::fix_map_of(*lmp->modify)->contains(name);
+}
+
+}  // namespace bedload

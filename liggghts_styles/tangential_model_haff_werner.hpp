@@ -1,0 +1,140 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "liggghts_styles/fluid_values.hpp"
+#include "liggghts_styles/formulas/haff_werner.hpp"
+#include "liggghts_styles/liggghts.hpp"
+#include "liggghts_styles/material_values.hpp"
+#include "liggghts_styles/mobility.hpp"
+
+namespace LIGGGHTS::ContactModels {
+
+inline constexpr int BEDLOAD_HAFF_WERNER = 20;
+
+/// tangential model haff_werner. Formulas in formulas/haff_werner.hpp; user page
+/// doc/tangential_haff_werner.md. Acts wherever the normal model does, also before touch (rpm).
+///
+/// The contact history holds the force of the last step (hw_fx, hw_fy, hw_fz on sphere i) and the
+/// number of that step. The law has no memory; this is for a run that is split or restarted.
+template <>
+class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
+ public:
+  TangentialModel(LAMMPS* lammps, IContactHistorySetup* hsetup, ContactModelBase* cmb)
+      : TangentialModelBase(lammps, hsetup, cmb) {
+    force_ = hsetup->add_history_value("hw_fx", "1");
+    hsetup->add_history_value("hw_fy", "1");
+    hsetup->add_history_value("hw_fz", "1");
+    step_ = hsetup->add_history_value("hw_step", "0");
+  }
+
+  void registerSettings(Settings& settings) override {
+    settings.registerDoubleSetting("tangentialDamping", damping_setting_, 0.0);
+  }
+
+  void postSettings(IContactHistorySetup*, ContactModelBase*) override {}
+
+  void connectToProperties(PropertyRegistry&) override {
+    friction_ = bedload::read_pair_property(lmp, "tangential model haff_werner",
+                                            "coefficientFriction", 0.0, 1e3);
+    fluid_step_ = bedload::FluidValue::find(lmp, "dt_fluid", "fluidTimeStep");
+    mobility_ = bedload::Mobility(lmp);
+  }
+
+  void beginPass(SurfacesIntersectData&, ForceData&, ForceData&) override {}
+  void endPass(SurfacesIntersectData&, ForceData&, ForceData&) override {}
+
+  void surfacesIntersect(const SurfacesIntersectData& s, ForceData& i_forces,
+                         ForceData& j_forces) override {
+    const double slip[3] = {s.vtr1, s.vtr2, s.vtr3};
+    act(s, s.en, slip, std::abs(s.Fn), s.cri, s.is_wall ? 0.0 : s.crj, i_forces, j_forces);
+  }
+
+  void surfacesClose(SurfacesCloseData& s, ForceData& i_forces, ForceData& j_forces) override {
+    if (!s.has_force_update) return;  // the normal model does not act at this distance
+    const double* f = i_forces.delta_F;
+    const double normal_force = std::sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]);
+    const double r = std::sqrt(s.rsq);
+    const double half_gap = 0.5 * (r - s.radsum);
+    const double n[3] = {s.delta[0] / r, s.delta[1] / r, s.delta[2] / r};
+    const double arm_i = s.radi + half_gap;
+    const double arm_j = s.is_wall ? 0.0 : s.radj + half_gap;
+
+    // g_t = (v_i - v_j) - ((v_i - v_j).n) n + n x (a_i ω_i + a_j ω_j) ... with the arms a.
+    const double* wi = atom->omega[s.i];
+    const double* wj = s.is_wall ? nullptr : atom->omega[s.j];
+    double v[3], w[3];
+    double vn = 0;
+    for (int d = 0; d < 3; ++d) {
+      v[d] = s.v_i[d] - s.v_j[d];
+      w[d] = arm_i * wi[d] + (wj ? arm_j * wj[d] : 0.0);
+      vn += v[d] * n[d];
+    }
+    const double slip[3] = {v[0] - vn * n[0] + n[1] * w[2] - n[2] * w[1],
+                            v[1] - vn * n[1] + n[2] * w[0] - n[0] * w[2],
+                            v[2] - vn * n[2] + n[0] * w[1] - n[1] * w[0]};
+    act(s, n, slip, normal_force, arm_i, arm_j, i_forces, j_forces);
+  }
+
+ private:
+  void act(const SurfacesCloseData& s, const double* n, const double* slip, double normal_force,
+           double arm_i, double arm_j, ForceData& i_forces, ForceData& j_forces) {
+    if (s.contact_flags) *s.contact_flags |= CONTACT_TANGENTIAL_MODEL;
+    double* memory = s.contact_history + force_;
+    double& step = s.contact_history[step_];
+    const auto now = static_cast<double>(update->ntimestep);
+
+    double f[3] = {0, 0, 0};
+    if (s.computeflag && s.shearupdate) {
+      step_force(s, slip, normal_force, f);
+      std::copy_n(f, 3, memory);
+      step = now;
+    } else if (step == now && now > 0) {
+      std::copy_n(memory, 3, f);  // the step was made: what was applied
+    }
+
+    // The torques -arm n x F have the same sense on both partners; the arms add up to the distance
+    // of the centres, so that no angular momentum is made.
+    const double torque[3] = {n[1] * f[2] - n[2] * f[1], n[2] * f[0] - n[0] * f[2],
+                              n[0] * f[1] - n[1] * f[0]};
+    for (int d = 0; d < 3; ++d) {
+      i_forces.delta_F[d] += f[d];
+      i_forces.delta_torque[d] -= arm_i * torque[d];
+      if (s.is_wall) continue;
+      j_forces.delta_F[d] -= f[d];
+      j_forces.delta_torque[d] -= arm_j * torque[d];
+    }
+  }
+
+  void step_force(const SurfacesCloseData& s, const double* slip, double normal_force,
+                  double* f) const {
+    const double speed = std::sqrt(slip[0] * slip[0] + slip[1] * slip[1] + slip[2] * slip[2]);
+    if (speed == 0 || normal_force == 0) return;
+    const double inverse_mass = bedload::contact::tangential_inverse_mass(
+        mobility_.inverse_mass(atom->mask[s.i], atom->rmass[s.i]),
+        s.is_wall ? 0.0 : mobility_.inverse_mass(atom->mask[s.j], atom->rmass[s.j]));
+    if (inverse_mass == 0) return;
+    const double force = bedload::contact::haff_werner_step_force(
+        damping(inverse_mass), speed, friction_(s.itype, s.jtype), normal_force, inverse_mass,
+        update->dt);
+    for (int d = 0; d < 3; ++d) f[d] = -force * slip[d] / speed;
+  }
+
+  /// d_t: as given, or such that slip dies away within a fluid step, M_t / Δt_fluid, and not faster
+  /// than in four DEM steps, which is stable for a sphere that touches twelve others.
+  double damping(double inverse_mass) const {
+    if (damping_setting_ > 0) return damping_setting_;
+    const double relaxation =
+        std::max(fluid_step_.known() ? fluid_step_.get() : 0.0, 4 * update->dt);
+    return 1 / (inverse_mass * relaxation);
+  }
+
+  int force_ = 0, step_ = 0;
+  double damping_setting_ = 0;
+  bedload::PairTable friction_;
+  bedload::FluidValue fluid_step_;
+  bedload::Mobility mobility_;
+};
+
+}  // namespace LIGGGHTS::ContactModels
