@@ -1,0 +1,102 @@
+"""The scene exposed_sphere, coarse and short, with each collision model: what must hold holds.
+
+Six cells to a diameter and sixty steps: enough for the bed to force the flow, the grain to be pushed
+and the models to act; not enough to say anything about transport.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "postproc"))
+
+from bedload_launcher import job, scenes  # noqa: E402
+from bedload_post.outputs import Run  # noqa: E402
+
+STEPS = 60
+COARSE = ["grid.cells=[96,54,48]", "time.step=0.03", f"time.end={0.03 * STEPS}",
+          "output.history_every=1", "output.spheres_every=0.0"]  # fmt: skip
+MODELS = ["rpm", "rpm_hw", "actm", "actm_hw"]
+
+
+@pytest.fixture(scope="module", params=MODELS)
+def run(request, tmp_path_factory):
+    """Output of the scene with one model, on 1 + 1 ranks."""
+    out = tmp_path_factory.mktemp("runs") / request.param
+    out.mkdir()
+    scene = scenes.find_scene("exposed_sphere")
+    work = job.Job(scene, request.param, job.Ranks(1, 1), out, COARSE)
+    programs = Path(os.environ["BEDLOAD_BIN"])
+    line = [
+        str(programs / Path(word).name) if Path(word).parent == job.BIN else word
+        for word in work.command()
+    ]
+    done = subprocess.run(
+        line, cwd=scene.folder, env=job.environment(), stdin=subprocess.DEVNULL,
+        capture_output=True, text=True, timeout=280,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    return Run(out)
+
+
+def test_all_models_are_covered():
+    assert scenes.models() == sorted(MODELS)
+
+
+def test_the_flow_is_driven_and_free_of_divergence(run):
+    history = run.history()
+    assert history["step"][-1] == STEPS
+    # Direct Poisson solver in double: round-off of velocities about 1 over h = 1/6.
+    assert np.abs(history["max_divergence"]).max() < 1e-10
+    # The bulk velocity is constant by construction in each stage.
+    wanted = run.value("flow.bulk_velocity")
+    assert history["bulk_velocity"] == pytest.approx(wanted, abs=1e-10)
+    assert np.all(np.isfinite(history["kinetic_energy"]))
+    assert 0 < history["cfl"].max() < 1.7  # stable range of this Runge-Kutta scheme: sqrt(3)
+
+
+def test_momentum_given_is_momentum_taken(run):
+    assert np.abs(run.history()["momentum_residual"]).max() < 1e-10
+
+
+def test_the_bed_stops_the_flow(run):
+    bed, radii = run.fixed_spheres()
+    assert len(bed) == 144
+    assert radii == pytest.approx(0.5)
+    snapshot = run.last_snapshot()
+    centre = [0.5 * (faces[1:] + faces[:-1]) for faces in (snapshot.x, snapshot.y, snapshot.z)]
+    cell = tuple(
+        np.abs(axis[None, :] - bed[:, d, None]).argmin(axis=1) for d, axis in enumerate(centre)
+    )
+    within = np.abs(snapshot.u[cell[2], cell[1], cell[0]])
+    above = snapshot.u[:, centre[1] > 2.0, :].mean()
+    assert above > 0.8
+    assert within.max() < 0.1 * above
+
+
+def test_the_grain_is_pushed_and_stays_on_the_bed(run):
+    tags = np.unique(np.concatenate([block.tag for block in run.sample_blocks()]))
+    assert len(tags) == 1
+    grain = run.samples_of(tags[0])
+    assert np.all(np.isfinite(grain.velocity))
+    # The flow pushes it downstream, and its shear turns it that way (spin about z negative).
+    assert grain.velocity[:, 0].max() > 1e-4
+    assert grain.angular_velocity[:, 2].min() < -1e-4
+    # It sits in a pocket at y = 1.311; the forces of 1.8 time units neither lift it a diameter nor
+    # press it into the bed.
+    assert 1.2 < grain.position[:, 1].min()
+    assert grain.position[:, 1].max() < 2.3
+
+
+def test_the_files_are_complete(run):
+    for name in ("settings.toml", "history.csv", "fields.xdmf", "timing.csv", "collisions.csv"):
+        assert (run.folder / name).stat().st_size > 0, name
+    with h5py.File(run.folder / "state.h5") as state:
+        assert len(state) > 0
+    run.collisions()
