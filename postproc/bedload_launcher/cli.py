@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from . import bench as measure
 from . import job
-from .build import BIN, FOLDER, ROOT, build
+from .build import FOLDER, ROOT, build
 from .errors import UserError, unknown
 from .machine import processors
 from .scenes import DEFAULT, all_scenes, choose_model, find_scene
@@ -79,12 +80,17 @@ def scenes(_: argparse.Namespace) -> int:
 
 def bench(options: argparse.Namespace) -> int:
     build()
-    programs = {file.name.removeprefix("bench_"): file for file in sorted(BIN.glob("bench_*"))}
-    if options.name is not None and options.name not in programs:
-        raise unknown("benchmark", options.name, programs)
-    chosen = [options.name] if options.name else list(programs)
-    # The status of the first benchmark that fails, else 0.
-    return next(filter(None, (job.run([str(programs[name])], ROOT) for name in chosen)), 0)
+    kernels, steps = measure.programs(), all_scenes()
+    if options.name is not None and options.name not in kernels | steps:
+        raise unknown("benchmark", options.name, kernels | steps)
+    for name, program in kernels.items():
+        if options.name in (None, name):
+            for record in measure.kernels(program):
+                measure.print_record(record)
+    for name, scene in steps.items():
+        if options.name in (None, name):
+            measure.print_record(measure.whole_step(scene, job.Ranks.parse(options.ranks)))
+    return 0
 
 
 def parser() -> tuple[Parser, dict[str, Parser]]:
@@ -127,7 +133,10 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     command("scenes", scenes, "list the scenes, one line each (* is the default)")
 
     sub = command("bench", bench, "run the benchmarks, one line of JSON per measurement")
-    sub.add_argument("name", nargs="?", metavar="NAME", help="only this benchmark")
+    sub.add_argument(
+        "name", nargs="?", metavar="NAME", help="only this one: a kernel, or a scene's time step"
+    )
+    sub.add_argument("--ranks", metavar="FLUID:DEM", help="MPI ranks of a scene's time step")
     return top, commands.choices
 
 
