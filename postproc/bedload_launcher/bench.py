@@ -73,7 +73,8 @@ def whole_step(scene: Scene, ranks: job.Ranks) -> dict:
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
         )  # fmt: skip
         if done.returncode != 0:
-            raise UserError(f"scene {scene.name} ended with status {done.returncode}: {done.stdout}")
+            words = done.stdout.strip()
+            raise UserError(f"scene {scene.name} ended with status {done.returncode}: {words}")
         settings = tomllib.loads((out / "settings.toml").read_text(encoding="utf-8"))
         with (out / "timing.csv").open(newline="", encoding="utf-8") as stream:
             parts = {row["part"]: row for row in csv.DictReader(stream)}

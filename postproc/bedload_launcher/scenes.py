@@ -78,7 +78,9 @@ def choose_model(scene: Scene, asked: str | None) -> str | None:
     if asked is None:
         return scene.default_model()
     if not scene.moves_grains:
-        raise UserError(f"scene '{scene.name}' has no in.liggghts, so --model {asked} says nothing.")
+        raise UserError(
+            f"scene '{scene.name}' has no in.liggghts, so --model {asked} says nothing."
+        )
     if scene.default_model() is None:
         raise UserError(
             f"{scene.script} has no line 'variable model index NAME', so --model cannot change it."

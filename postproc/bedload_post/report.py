@@ -38,7 +38,11 @@ def _table(rows: Iterable[Sequence[str]], classes: Sequence[str]) -> str:
 
 
 def write(
-    run: Run, grains: list[Line], flow: list[Line], times: list[tuple[str, float, float]], file: Path
+    run: Run,
+    grains: list[Line],
+    flow: list[Line],
+    times: list[tuple[str, float, float]],
+    file: Path,
 ) -> None:
     """Writes the report of `run` into `file`; pictures are taken from the run's folder."""
 

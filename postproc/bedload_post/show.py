@@ -104,7 +104,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="show.py", description=__doc__, allow_abbrev=False)
     parser.add_argument("folder", type=Path, metavar="OUT", help="output folder of a run")
     parser.add_argument("--no-pictures", action="store_true", help="numbers and report only")
-    parser.add_argument("--picture-only", action="store_true", help="picture.png only; needs an X server")
+    parser.add_argument(
+        "--picture-only", action="store_true", help="picture.png only; needs an X server"
+    )
     options = parser.parse_args()
     try:
         if options.picture_only:

@@ -71,9 +71,16 @@ class Phases:
 
 
 def classify(
-    speed: np.ndarray, distance: np.ndarray, contact: np.ndarray, bulk_velocity: float, diameter: float
+    speed: np.ndarray,
+    distance: np.ndarray,
+    contact: np.ndarray,
+    bulk_velocity: float,
+    diameter: float,
 ) -> np.ndarray:
-    """State of each phase from its mean speed, the distance of its ends and whether it touches."""
+    """State of each phase from its mean speed, the distance of its ends and whether it touches.
+
+    `speed` [L/T], `distance` [L] and `contact` are of one length; returns as many states.
+    """
     moving = np.where(contact | (distance < CREEPING_DISTANCE * diameter), CREEPING, JUMPING)
     return np.where(speed < RESTING_SPEED * bulk_velocity, RESTING, moving)
 

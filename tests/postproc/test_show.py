@@ -87,7 +87,7 @@ def test_a_run_without_collisions_or_grains(folder, tmp_path):
     (bare / "collisions.csv").unlink()
     (bare / "spheres.h5").unlink()
     done = subprocess.run(
-        ["/usr/bin/python3", "-I", "-B", SHOW, bare, "--no-pictures"], capture_output=True, text=True
+        [sys.executable, "-I", "-B", SHOW, bare, "--no-pictures"], capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
     assert "Re_tau" in done.stdout

@@ -1,7 +1,7 @@
 """The scene exposed_sphere, coarse and short, with each collision model: what must hold holds.
 
-Six cells to a diameter and sixty steps: enough for the bed to force the flow, the grain to be pushed
-and the models to act; not enough to say anything about transport.
+Six cells to a diameter and sixty steps: enough for the bed to force the flow, the grain to be
+pushed and the models to act; not enough to say anything about transport.
 """
 
 import os
