@@ -51,7 +51,8 @@ class AlignedArray {
 template <class Real>
 class Field {
  public:
-  Field(const Grid& grid, int planes, int components)
+  /// `spare_planes` of storage below plane -1 let relabel() move the planes.
+  Field(const Grid& grid, int planes, int components, int spare_planes = 0)
       : nx_(grid.cells[0]), nz_(grid.cells[2]), planes_(planes), components_(components) {
     constexpr std::size_t lane = cache_line / sizeof(Real);
     stride_ = (static_cast<std::size_t>(nx_) + 2 + lane - 1) / lane * lane;
@@ -62,8 +63,9 @@ class Field {
       const int stored = grid.periodic(2) ? (k + nz_) % nz_ : k + 1;
       rows_.push_back(static_cast<std::size_t>(stored) * row_stride_);
     }
-    data_ = AlignedArray<Real>(lane + plane_stride_ * static_cast<std::size_t>(planes + 2));
-    first_ = lane;
+    data_ = AlignedArray<Real>(lane +
+                               plane_stride_ * static_cast<std::size_t>(planes + 2 + spare_planes));
+    first_ = lane + plane_stride_ * static_cast<std::size_t>(spare_planes);
   }
 
   int nx() const { return nx_; }
@@ -83,6 +85,15 @@ class Field {
   Real* plane(int j) { return data_.data() + plane_offset(j) - 1; }
   const Real* plane(int j) const { return data_.data() + plane_offset(j) - 1; }
   std::size_t plane_size() const { return plane_stride_; }
+
+  /// Renames storage: what was plane j is plane j + shift from now on (a sweep that wrote each
+  /// plane over its lower neighbour ends with relabel(1), the way back with relabel(-1)).
+  void relabel(int shift) {
+    if (shift > 0)
+      first_ -= plane_stride_ * static_cast<std::size_t>(shift);
+    else
+      first_ += plane_stride_ * static_cast<std::size_t>(-shift);
+  }
 
   void fill(Real value) { std::fill_n(data_.data(), data_.size(), value); }
 

@@ -1,0 +1,414 @@
+#include "fluid/channel.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "fluid/diagnostics.hpp"
+#include "fluid/errors.hpp"
+#include "fluid/plane_cost.hpp"
+#include "fluid/projection.hpp"
+#include "fluid/start_field.hpp"
+#include "fluid/wall_ghosts.hpp"
+
+namespace bedload {
+
+template <class Real>
+Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
+                       std::span<const SphereState> spheres)
+    : settings_(settings),
+      grid_(make_grid(settings)),
+      slabs_(grid_, comm, plane_cost(grid_, spheres)),
+      velocity_(grid_, slabs_.planes(), 3, 1),
+      tendency_(grid_, slabs_.planes(), 3),
+      pressure_(grid_, slabs_.planes(), 1),
+      predictor_(velocity_, tendency_, pressure_),
+      poisson_(grid_, slabs_),
+      zeros_(static_cast<std::size_t>(grid_.cells[0]), Real(0)),
+      dt_(settings.time.step) {
+  check_settings();
+  if (settings_.flow.driving == Driving::pressure_gradient)
+    driving_ = settings_.flow.pressure_gradient / settings_.fluid.density;
+  write_start_field(velocity_, settings_, grid_, slabs_);
+  project_start_field();
+  if (settings_.flow.driving == Driving::bulk_velocity) {
+    const Real shift = static_cast<Real>(settings_.flow.bulk_velocity -
+                                         streamwise_sum(velocity_, slabs_) / grid_.cell_count());
+    for (int j = 0; j < slabs_.planes(); ++j)
+      for (int k = 0; k < grid_.cells[2]; ++k) {
+        Real* u = velocity_.row(j, k, 0);
+        for (int i = 0; i < grid_.cells[0]; ++i) u[i] += shift;
+      }
+    fill_ghosts();
+  }
+  measure_start();
+  if (!spheres.empty()) set_spheres(spheres);
+}
+
+template <class Real>
+Channel<Real>::~Channel() = default;
+
+template <class Real>
+void Channel<Real>::check_settings() const {
+  for (const auto& [name, direction] : {std::pair{"x", 0}, {"z", 2}})
+    if (!grid_.periodic(direction))
+      throw UserError(
+          fmt::format("{}: 'boundary.{}' has walls, but this solver takes walls along y "
+                      "only; set it to \"periodic\".",
+                      settings_.file, name));
+  const double diffusion = 12.0 * settings_.fluid.kinematic_viscosity * dt_ / (grid_.h * grid_.h);
+  if (diffusion > real_limit)
+    throw UserError(
+        fmt::format("{}: 'time.step' is {}, but explicit diffusion is stable only up to "
+                    "{:.4g} with this viscosity and cell size.",
+                    settings_.file, dt_, dt_ * real_limit / diffusion));
+}
+
+template <class Real>
+void Channel<Real>::set_spheres(std::span<const SphereState> all) {
+  if (all.empty() && !boundary_) return;
+  if (!boundary_) boundary_ = std::make_unique<ImmersedBoundary<Real>>(settings_, grid_, slabs_);
+  boundary_->set_spheres(all);
+}
+
+template <class Real>
+void Channel<Real>::move_spheres(std::span<const SphereState> moved) {
+  if (boundary_) boundary_->move_spheres(moved);
+}
+
+/// Fixes the factors of the predictor and enters in the momentum budget what it will give.
+template <class Real>
+void Channel<Real>::begin_stage(int stage) {
+  const Stage& rk = runge_kutta[static_cast<std::size_t>(stage)];
+  const double h = grid_.h, nu = settings_.fluid.kinematic_viscosity, step = stage_step(stage);
+  if (stage == 0) {
+    driving_predicted_ = driving_;
+    driving_this_step_ = 0.0;
+    budget_ = {.begin = streamwise_sum_};
+  }
+  const double push = step * driving_predicted_;
+  predictor_.begin_stage({.factor = {.convection = static_cast<Real>(0.25 / h),
+                                     .diffusion = static_cast<Real>(nu / (h * h)),
+                                     .gamma_dt = static_cast<Real>(rk.gamma * dt_),
+                                     .zeta_dt = static_cast<Real>(rk.zeta * dt_),
+                                     .pressure = static_cast<Real>(step / h)},
+                          .push = {static_cast<Real>(push), Real(0), Real(0)},
+                          .convection = settings_.fluid.convection != Switch::off,
+                          .pressure = keeps_old_pressure(),
+                          .old_tendency = stage > 0,
+                          .keep_tendency = stage + 1 < stage_count});
+  budget_.given += push * grid_.cell_count();
+  const double walls = nu / (h * h) * local_wall_sum();
+  budget_.walls += dt_ * (rk.gamma * walls + rk.zeta * budget_.walls_last);
+  budget_.walls_last = walls;
+}
+
+/// Sum over the cells beside the walls of u beyond the wall minus u: the wall's share of h^2 times
+/// the sum of the Laplacian.
+template <class Real>
+double Channel<Real>::local_wall_sum() const {
+  double sum = 0.0;
+  const auto add = [&](int ghost, int inner) {
+    for (int k = 0; k < grid_.cells[2]; ++k)
+      sum += row_sum(grid_.cells[0], velocity_.row(ghost, k)) -
+             row_sum(grid_.cells[0], velocity_.row(inner, k));
+  };
+  if (slabs_.at_lower_wall()) add(-1, 0);
+  if (slabs_.at_upper_wall()) add(slabs_.planes(), slabs_.planes() - 1);
+  return sum;
+}
+
+/// Plane j of u* into the storage of plane j-1.
+template <class Real>
+void Channel<Real>::predict_plane(int j) {
+  predictor_.plane(j);
+  if (slabs_.at_upper_wall() && j == slabs_.planes() - 1) close_wall_face(j - 1);
+}
+
+/// The upper wall's own face carries no flow.
+template <class Real>
+void Channel<Real>::close_wall_face(int j) {
+  for (int k = 0; k < grid_.cells[2]; ++k)
+    std::fill_n(velocity_.row(j, k, 1) - 1, grid_.cells[0] + 2, Real(0));
+}
+
+/// Takes h/(step) (div u*) h of plane j, found in the storage of plane j + moved, into the Poisson
+/// solver's upward sweep, and adds up u*. What the rank below lets in is added by couple().
+template <class Real>
+void Channel<Real>::eliminate_plane(int j, int moved, double step) {
+  const int nx = grid_.cells[0], nz = grid_.cells[2], at = j + moved;
+  const Real scale = static_cast<Real>(grid_.h / step);
+  double sum = 0.0;
+  for (int k = 0; k < nz; ++k) {
+    const Real* v_below = j == 0 ? zeros_.data() : velocity_.row(at - 1, k, 1);
+    divergence_row(nx, scale, velocity_.row(at, k, 0), velocity_.row(at, k, 1), v_below,
+                   velocity_.row(at, k, 2), velocity_.row(at, k - 1, 2), poisson_.rhs_row(k));
+    sum += row_sum(nx, velocity_.row(at, k, 0));
+  }
+  local_sum_ += sum;
+  if (!slabs_.at_upper_wall() && j == slabs_.planes() - 1)
+    for (int k = 0; k < nz; ++k) {
+      const Real* v = velocity_.row(at, k, 1);
+      Real* excess = poisson_.excess_row(k);
+      for (int i = 0; i < nx; ++i) excess[i] = scale * v[i];
+    }
+  poisson_.eliminate(j);
+}
+
+template <class Real>
+void Channel<Real>::predict(int stage) {
+  if (boundary_) boundary_->start_stage(velocity_);
+  begin_stage(stage);
+  for (int j = 0; j < slabs_.planes(); ++j) predict_plane(j);
+  velocity_.relabel(1);
+}
+
+template <class Real>
+std::vector<SphereLoad> Channel<Real>::force_spheres(int stage) {
+  if (!boundary_) return {};
+  slabs_.exchange(velocity_);
+  fill_wall_ghosts(velocity_, grid_, slabs_);
+  forcing_ = boundary_->force(velocity_, stage_step(stage));
+  if (slabs_.at_upper_wall()) close_wall_face(slabs_.planes() - 1);
+  budget_.given += stage_step(stage) * forcing_.force_on_fluid[0] /
+                   (settings_.fluid.density * grid_.cell_volume());
+  return boundary_->loads(stage_step(stage));
+}
+
+template <class Real>
+void Channel<Real>::project(int stage) {
+  local_sum_ = 0.0;
+  for (int j = 0; j < slabs_.planes(); ++j) eliminate_plane(j, 0, stage_step(stage));
+  couple_and_correct(stage);
+}
+
+template <class Real>
+void Channel<Real>::advance_stage(int stage) {
+  begin_stage(stage);
+  local_sum_ = 0.0;
+  for (int j = 0; j < slabs_.planes(); ++j) {
+    predict_plane(j);
+    eliminate_plane(j, -1, stage_step(stage));
+  }
+  velocity_.relabel(1);
+  couple_and_correct(stage);
+}
+
+template <class Real>
+void Channel<Real>::couple_and_correct(int stage) {
+  const double step = stage_step(stage);
+  const double shift = bulk_shift(step);
+  poisson_.couple();
+  const bool last = stage + 1 == stage_count;
+  sweep_down({.step = step,
+              .shift = shift,
+              .measure = last,
+              .pressure = keeps_old_pressure() ? PressureUse::add
+                          : last               ? PressureUse::replace
+                                               : PressureUse::none});
+  fill_ghosts();
+}
+
+/// What u needs everywhere so that its mean is the wanted bulk velocity: the projection leaves the
+/// mean of u* alone, so it is known before. The driving of the stage follows from it.
+template <class Real>
+double Channel<Real>::bulk_shift(double step) {
+  double shift = 0.0;
+  if (settings_.flow.driving == Driving::bulk_velocity) {
+    double sum = local_sum_;
+    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm());
+    // The fields can only take the shift as rounded to their precision.
+    shift = static_cast<Real>(settings_.flow.bulk_velocity - sum / grid_.cell_count());
+  }
+  budget_.given += shift * grid_.cell_count();
+  driving_this_step_ += (step * driving_predicted_ + shift) / dt_;
+  return shift;
+}
+
+/// u = u* - step grad phi + shift, downwards, each plane back into the storage of the plane above:
+/// undoes the predictor's move.
+template <class Real>
+void Channel<Real>::sweep_down(const Correction& correction) {
+  const int nx = grid_.cells[0], nz = grid_.cells[2], planes = slabs_.planes();
+  const Real factor = static_cast<Real>(correction.step / grid_.h);
+  const Real shift = static_cast<Real>(correction.shift);
+  local_sum_ = local_fastest_ = 0.0;
+  if (!slabs_.at_upper_wall()) {
+    poisson_.substitute(planes);
+    update_pressure(planes, correction.pressure);
+  }
+  for (int j = planes - 1; j >= 0; --j) {
+    const bool under_wall = slabs_.at_upper_wall() && j == planes - 1;
+    poisson_.substitute(j);
+    double sum = 0.0;
+    Real fastest = 0;
+    for (int k = 0; k < nz; ++k) {
+      const Real* phi = poisson_.solution_row(j, k);
+      Real* to = velocity_.row(j + 1, k);
+      correct_row(nx, factor, shift, velocity_.component_stride(), velocity_.row(j, k), to, phi,
+                  under_wall ? phi : poisson_.solution_row(j + 1, k),
+                  poisson_.solution_row(j, k + 1));
+      for (int c = 0; c < 3; ++c) {
+        Real* row = to + static_cast<std::size_t>(c) * velocity_.component_stride();
+        row[-1] = row[nx - 1];
+        row[nx] = row[0];
+      }
+      if (!correction.measure) continue;
+      sum += row_sum(nx, to);
+      fastest = std::max(fastest, largest_speed(nx, velocity_.component_stride(), to));
+    }
+    local_sum_ += sum;
+    local_fastest_ = std::max(local_fastest_, static_cast<double>(fastest));
+    update_pressure(j, correction.pressure);
+  }
+  velocity_.relabel(-1);
+}
+
+/// p + phi where the predictor had the old pressure gradient, phi itself where it had none (the
+/// projection then yields the same velocity, and phi of the last stage is the pressure).
+template <class Real>
+void Channel<Real>::update_pressure(int j, PressureUse use) {
+  if (use == PressureUse::none) return;
+  const int nx = grid_.cells[0];
+  for (int k = 0; k < grid_.cells[2]; ++k) {
+    const Real* phi = poisson_.solution_row(j, k);
+    Real* p = pressure_.row(j, k);
+    if (use == PressureUse::replace)
+      for (int i = 0; i < nx; ++i) p[i] = phi[i];
+    else
+      for (int i = 0; i < nx; ++i) p[i] += phi[i];
+    p[-1] = p[nx - 1];
+    p[nx] = p[0];
+  }
+}
+
+template <class Real>
+void Channel<Real>::fill_ghosts() {
+  for (int j = 0; j < slabs_.planes(); ++j) wrap_x_ghosts(velocity_, j);
+  slabs_.exchange(velocity_);
+  fill_wall_ghosts(velocity_, grid_, slabs_);
+}
+
+template <class Real>
+void Channel<Real>::finish_step() {
+  time_ += dt_;
+  ++step_;
+  driving_ = driving_this_step_;
+  double sums[2] = {local_sum_, budget_.walls};
+  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm());
+  fastest_ = local_fastest_;
+  MPI_Allreduce(MPI_IN_PLACE, &fastest_, 1, MPI_DOUBLE, MPI_MAX, comm());
+  streamwise_sum_ = sums[0];
+  const double scale = fastest_ * grid_.cell_count();
+  const double residual = streamwise_sum_ - budget_.begin - budget_.given - sums[1];
+  momentum_residual_ = scale > 0.0 ? residual / scale : residual;
+  check_field();
+}
+
+/// Speaks up before the numbers turn into noise: a field that is not finite, or a step too long.
+template <class Real>
+void Channel<Real>::check_field() const {
+  if (!std::isfinite(streamwise_sum_) || !std::isfinite(fastest_)) {
+    const BadPlace bad = find_not_finite(velocity_, slabs_);
+    struct {
+      int missing, rank;
+    } first{bad.found ? 0 : 1, slabs_.rank()};
+    MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_2INT, MPI_MINLOC, comm());
+    int place[4] = {bad.i, bad.j, bad.k, bad.component};
+    MPI_Bcast(place, 4, MPI_INT, first.rank, comm());
+    throw UserError(fmt::format(
+        "{}: step {} (t = {:.6g}): the {} velocity in cell ({}, {}, {}) is not finite; reduce "
+        "'time.step' ({}).",
+        settings_.file, step_, time_, "uvw"[place[3]], place[0], place[1], place[2], dt_));
+  }
+  if (settings_.fluid.convection != Switch::off && cfl() > imaginary_limit)
+    throw UserError(fmt::format(
+        "{}: step {} (t = {:.6g}): the CFL number is {:.3g}, but the scheme is stable only up to "
+        "{:.3g}; set 'time.step' to at most {:.4g} (now {}).",
+        settings_.file, step_, time_, cfl(), imaginary_limit, dt_ * imaginary_limit / cfl(), dt_));
+}
+
+template <class Real>
+double Channel<Real>::max_divergence() const {
+  return largest_divergence(velocity_, grid_, slabs_);
+}
+
+template <class Real>
+double Channel<Real>::kinetic_energy() const {
+  return settings_.fluid.density * kinetic_energy_integral(velocity_, grid_, slabs_);
+}
+
+template <class Real>
+std::array<double, 2> Channel<Real>::wall_stress() const {
+  const double factor = settings_.fluid.density * settings_.fluid.kinematic_viscosity / grid_.h /
+                        (double(grid_.cells[0]) * double(grid_.cells[2]));
+  std::array<double, 2> stress{};
+  const auto add = [&](std::size_t end, int ghost, int inner) {
+    for (int k = 0; k < grid_.cells[2]; ++k)
+      stress[end] += factor * (row_sum(grid_.cells[0], velocity_.row(inner, k)) -
+                               row_sum(grid_.cells[0], velocity_.row(ghost, k)));
+  };
+  if (slabs_.at_lower_wall()) add(0, -1, 0);
+  if (slabs_.at_upper_wall()) add(1, slabs_.planes(), slabs_.planes() - 1);
+  MPI_Allreduce(MPI_IN_PLACE, stress.data(), 2, MPI_DOUBLE, MPI_SUM, comm());
+  return stress;
+}
+
+/// One projection over a unit time, from own planes to valid ghosts.
+template <class Real>
+void Channel<Real>::project_start_field() {
+  for (int j = 0; j < slabs_.planes(); ++j) wrap_x_ghosts(velocity_, j);
+  if (slabs_.at_upper_wall()) close_wall_face(slabs_.planes() - 1);
+  for (int j = 0; j < slabs_.planes(); ++j)
+    std::copy_n(velocity_.plane(j), velocity_.plane_size(), velocity_.plane(j - 1));
+  for (int j = 0; j < slabs_.planes(); ++j) eliminate_plane(j, -1, 1.0);
+  velocity_.relabel(1);
+  poisson_.couple();
+  sweep_down({.step = 1.0, .shift = 0.0, .measure = false, .pressure = PressureUse::none});
+  fill_ghosts();
+}
+
+template <class Real>
+void Channel<Real>::measure_start() {
+  streamwise_sum_ = streamwise_sum(velocity_, slabs_);
+  fastest_ = largest_local_speed(velocity_);
+  MPI_Allreduce(MPI_IN_PLACE, &fastest_, 1, MPI_DOUBLE, MPI_MAX, comm());
+  check_field();
+}
+
+template <class Real>
+void Channel<Real>::set_velocity(const std::function<double(int, const Vec3&)>& value) {
+  for (int j = 0; j < slabs_.planes(); ++j)
+    for (int k = 0; k < grid_.cells[2]; ++k)
+      for (int c = 0; c < 3; ++c) {
+        Real* row = velocity_.row(j, k, c);
+        for (int i = 0; i < grid_.cells[0]; ++i) {
+          Vec3 place(grid_.centre(i), grid_.centre(slabs_.first() + j), grid_.centre(k));
+          place[c] += 0.5 * grid_.h;
+          row[i] = static_cast<Real>(value(c, place));
+        }
+      }
+  project_start_field();
+  measure_start();
+}
+
+template <class Real>
+void Channel<Real>::restored(double time, std::int64_t step, double driving_force,
+                             bool project_it) {
+  time_ = time;
+  step_ = step;
+  driving_ = driving_force / settings_.fluid.density;
+  if (project_it)
+    project_start_field();
+  else
+    fill_ghosts();
+  for (int j = 0; j < slabs_.planes(); ++j) wrap_x_ghosts(pressure_, j);
+  slabs_.exchange(pressure_);
+  measure_start();
+}
+
+template class Channel<float>;
+template class Channel<double>;
+
+}  // namespace bedload

@@ -1,0 +1,161 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "fluid/decomposition.hpp"
+#include "fluid/field.hpp"
+#include "fluid/grid.hpp"
+#include "fluid/poisson.hpp"
+#include "fluid/predictor.hpp"
+#include "fluid/runge_kutta.hpp"
+#include "fluid/settings.hpp"
+#include "fluid/sphere.hpp"
+#include "fluid/spheres/immersed_boundary.hpp"
+
+namespace bedload {
+
+/// Incompressible flow in a box, periodic along x and z, with walls or periodic along y, on a
+/// staggered grid in slabs of y planes; README.md has the scheme. One time step is
+///
+///   for stage in 0..2:  predict(stage); force_spheres(stage); project(stage);
+///   finish_step();
+///
+/// or, without spheres, advance_stage(stage) in place of the three: the same numbers in two sweeps
+/// over the memory instead of three. Every call but the plain accessors is collective over the
+/// communicator; collective numbers are the same on every rank.
+template <class Real>
+class Channel {
+ public:
+  /// Makes the start field. `spheres` decide how the planes are divided over the ranks and are
+  /// handed to set_spheres(). Throws UserError for settings that contradict each other.
+  Channel(const Settings& settings, MPI_Comm comm, std::span<const SphereState> spheres = {});
+  ~Channel();
+
+  /// All spheres of the run, the same list on every rank; at the start and when some come or go.
+  void set_spheres(std::span<const SphereState> all);
+  /// New position, velocity and spin of mobile spheres, by tag.
+  void move_spheres(std::span<const SphereState> moved);
+
+  /// Length of the step about to be made [T].
+  double time_step() const { return dt_; }
+  /// Explicit momentum predictor u* of one Runge-Kutta stage.
+  void predict(int stage);
+  /// Forces the fluid to the spheres' motion; returns the mobile spheres' loads, complete on every
+  /// rank.
+  std::vector<SphereLoad> force_spheres(int stage);
+  /// Makes the velocity divergence-free and sets the bulk velocity.
+  void project(int stage);
+  /// predict and project in one, when there are no spheres.
+  void advance_stage(int stage);
+  /// Ends the step: time, step number, numbers of the step. Throws UserError when the field is not
+  /// finite or the next step would pass the scheme's limit.
+  void finish_step();
+
+  const Settings& settings() const { return settings_; }
+  const Grid& grid() const { return grid_; }
+  const Decomposition& decomposition() const { return slabs_; }
+  MPI_Comm comm() const { return slabs_.comm(); }
+  /// Velocity [L/T], all ghosts valid between steps. Component c lives on the upper c face of its
+  /// cell (grid.hpp).
+  const Field<Real>& velocity() const { return velocity_; }
+  /// Kinematic pressure p/rho [L^2/T^2] at the cell centres, its level arbitrary, without the part
+  /// that drives the flow; valid from the end of a step on, ghosts only where own values need them.
+  const Field<Real>& pressure() const { return pressure_; }
+  const ImmersedBoundary<Real>* immersed_boundary() const { return boundary_.get(); }
+  /// What the forcing of the last stage did.
+  const ForcingReport& forcing() const { return forcing_; }
+
+  double time() const { return time_; }
+  std::int64_t step() const { return step_; }
+  /// Driving force per volume along x, mean over the last step [M/(L^2 T^2)].
+  double driving_force() const { return settings_.fluid.density * driving_; }
+  /// CFL number of the present field with the present step: largest (|u|+|v|+|w|) dt/h.
+  double cfl() const { return fastest_ * dt_ / grid_.h; }
+  /// Mean of u over the box [L/T].
+  double bulk_velocity() const { return streamwise_sum_ / grid_.cell_count(); }
+  /// What the streamwise momentum of the box changed by in the last step beyond what driving, walls
+  /// and spheres gave it, over the box's momentum scale: zero to round-off.
+  double momentum_residual() const { return momentum_residual_; }
+
+  /// Computed on request. Collective.
+  double max_divergence() const;  ///< [1/T]
+  double kinetic_energy() const;  ///< [M L^2/T^2]
+  /// Mean streamwise stress that the fluid exerts on the lower and on the upper wall [M/(L T^2)].
+  std::array<double, 2> wall_stress() const;
+
+  /// Overwrites the velocity with value(component, position) at each component's own place, and
+  /// projects it. Not shifted to the bulk velocity. Collective.
+  void set_velocity(const std::function<double(int, const Vec3&)>& value);
+  /// Restart: write own planes of velocity and pressure, then call restored(). The velocity is
+  /// taken as it is, or projected where it comes from another grid. Collective.
+  Field<Real>& velocity_to_restore() { return velocity_; }
+  Field<Real>& pressure_to_restore() { return pressure_; }
+  void restored(double time, std::int64_t step, double driving_force, bool project_it);
+
+ private:
+  /// What one stage adds to the streamwise sum of the velocity, in that sum's unit [L/T].
+  struct MomentumBudget {
+    double begin = 0.0;       ///< sum at the begin of the step, all ranks
+    double given = 0.0;       ///< by driving and spheres, all ranks
+    double walls = 0.0;       ///< by wall stress, this rank's share
+    double walls_last = 0.0;  ///< wall term of the tendency of the stage before, this rank's share
+  };
+
+  enum class PressureUse { none, add, replace };
+  struct Correction {
+    double step;           ///< length of the stage [T]
+    double shift;          ///< added to u [L/T]
+    bool measure;          ///< whether sum and largest speed are taken
+    PressureUse pressure;  ///< what becomes of phi
+  };
+
+  void check_settings() const;
+  double stage_step(int stage) const {
+    return runge_kutta[static_cast<std::size_t>(stage)].two_alpha * dt_;
+  }
+  bool keeps_old_pressure() const { return boundary_ != nullptr; }
+  void begin_stage(int stage);
+  void predict_plane(int j);
+  void close_wall_face(int j);
+  void eliminate_plane(int j, int moved, double step);
+  void couple_and_correct(int stage);
+  double bulk_shift(double step);
+  void sweep_down(const Correction& correction);
+  void update_pressure(int j, PressureUse use);
+  void fill_ghosts();
+  void project_start_field();
+  double local_wall_sum() const;
+  void measure_start();
+  void check_field() const;
+
+  Settings settings_;
+  Grid grid_;
+  Decomposition slabs_;
+  Field<Real> velocity_, tendency_, pressure_;
+  Predictor<Real> predictor_;
+  PoissonSolver<Real> poisson_;
+  std::vector<Real> zeros_;
+  std::unique_ptr<ImmersedBoundary<Real>> boundary_;
+  ForcingReport forcing_;
+
+  double dt_, time_ = 0.0;
+  std::int64_t step_ = 0;
+  double driving_ = 0.0;            ///< acceleration along x, mean of the last step
+  double driving_predicted_ = 0.0;  ///< the part that the predictor has given already
+  double driving_this_step_ = 0.0;
+  double local_sum_ = 0.0;       ///< of u*, then of u, over this rank's planes
+  double streamwise_sum_ = 0.0;  ///< of u at the end of the last step, all ranks
+  double fastest_ = 0.0;         ///< largest |u|+|v|+|w|, all ranks
+  double local_fastest_ = 0.0;
+  MomentumBudget budget_;
+  double momentum_residual_ = 0.0;
+};
+
+}  // namespace bedload

@@ -1,0 +1,92 @@
+#include "fluid/diagnostics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fluid/projection.hpp"
+
+namespace bedload {
+namespace {
+
+double all_ranks(double value, MPI_Op operation, MPI_Comm comm) {
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, operation, comm);
+  return value;
+}
+
+}  // namespace
+
+template <class Real>
+double kinetic_energy_integral(const Field<Real>& velocity, const Grid& grid,
+                               const Decomposition& slabs) {
+  double sum = 0.0;
+  for (int j = 0; j < velocity.planes(); ++j) {
+    double plane = 0.0;
+    for (int k = 0; k < velocity.nz(); ++k)
+      for (int c = 0; c < 3; ++c) {
+        const Real* q = velocity.row(j, k, c);
+        for (int i = 0; i < velocity.nx(); ++i) plane += double(q[i]) * double(q[i]);
+      }
+    sum += plane;
+  }
+  return 0.5 * grid.cell_volume() * all_ranks(sum, MPI_SUM, slabs.comm());
+}
+
+template <class Real>
+double largest_divergence(const Field<Real>& velocity, const Grid& grid,
+                          const Decomposition& slabs) {
+  double largest = 0.0;
+  for (int j = 0; j < velocity.planes(); ++j)
+    for (int k = 0; k < velocity.nz(); ++k) {
+      const Real *u = velocity.row(j, k, 0), *v = velocity.row(j, k, 1), *w = velocity.row(j, k, 2);
+      const Real *v_below = velocity.row(j - 1, k, 1), *w_back = velocity.row(j, k - 1, 2);
+      for (int i = 0; i < velocity.nx(); ++i) {
+        const double d = (double(u[i]) - double(u[i - 1])) + (double(v[i]) - double(v_below[i])) +
+                         (double(w[i]) - double(w_back[i]));
+        largest = std::max(largest, std::abs(d));
+      }
+    }
+  return all_ranks(largest, MPI_MAX, slabs.comm()) / grid.h;
+}
+
+template <class Real>
+double streamwise_sum(const Field<Real>& velocity, const Decomposition& slabs) {
+  double sum = 0.0;
+  for (int j = 0; j < velocity.planes(); ++j)
+    for (int k = 0; k < velocity.nz(); ++k) sum += row_sum(velocity.nx(), velocity.row(j, k, 0));
+  return all_ranks(sum, MPI_SUM, slabs.comm());
+}
+
+template <class Real>
+double largest_local_speed(const Field<Real>& velocity) {
+  Real largest = 0;
+  for (int j = 0; j < velocity.planes(); ++j)
+    for (int k = 0; k < velocity.nz(); ++k)
+      largest = std::max(
+          largest, largest_speed(velocity.nx(), velocity.component_stride(), velocity.row(j, k)));
+  return static_cast<double>(largest);
+}
+
+template <class Real>
+BadPlace find_not_finite(const Field<Real>& velocity, const Decomposition& slabs) {
+  for (int j = 0; j < velocity.planes(); ++j)
+    for (int k = 0; k < velocity.nz(); ++k)
+      for (int c = 0; c < 3; ++c) {
+        const Real* q = velocity.row(j, k, c);
+        for (int i = 0; i < velocity.nx(); ++i)
+          if (!std::isfinite(q[i]))
+            return {.found = true, .i = i, .j = slabs.first() + j, .k = k, .component = c};
+      }
+  return {};
+}
+
+#define BEDLOAD_INSTANTIATE(Real)                                                                 \
+  template double kinetic_energy_integral(const Field<Real>&, const Grid&, const Decomposition&); \
+  template double largest_divergence(const Field<Real>&, const Grid&, const Decomposition&);      \
+  template double streamwise_sum(const Field<Real>&, const Decomposition&);                       \
+  template double largest_local_speed(const Field<Real>&);                                        \
+  template BadPlace find_not_finite(const Field<Real>&, const Decomposition&);
+BEDLOAD_INSTANTIATE(float)
+BEDLOAD_INSTANTIATE(double)
+#undef BEDLOAD_INSTANTIATE
+
+}  // namespace bedload

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <array>
+#include <complex>
+#include <cstddef>
+
+#include "fluid/decomposition.hpp"
+#include "fluid/field.hpp"
+#include "fluid/grid.hpp"
+#include "fluid/plane_transform.hpp"
+#include "fluid/reduced_system.hpp"
+
+namespace bedload {
+
+/// Direct solver of the discrete Poisson equation, plane by plane, to be driven by the two sweeps
+/// of a projection:
+///
+///   phi_i-1 + phi_i+1 + phi_j-1 + phi_j+1 + phi_k-1 + phi_k+1 - 6 phi = rhs
+///
+/// (h^2 times the Laplacian), periodic in x and z, zero normal derivative at y walls or periodic y.
+///
+/// Upwards: write the right-hand side of plane j into rhs_row(0..nz-1), call eliminate(j), for
+/// j = 0 .. planes-1. Then couple(). Downwards: substitute(j) for j = planes (the first plane of
+/// the slab above, unless there is a wall), planes-1, .., 0, after each of which solution_row(j, k)
+/// and solution_row(j+1, k) are valid.
+///
+/// The right-hand side of plane 0 may lack an amount that only the rank below knows. That rank
+/// gives its negative in excess_row() before couple(): to the elimination it is the same as a
+/// change of the plane below the slab.
+template <class Real>
+class PoissonSolver {
+ public:
+  using Complex = std::complex<Real>;
+
+  PoissonSolver(const Grid& grid, const Decomposition& decomposition);
+
+  Real* rhs_row(int k) { return real_row(work_, k); }
+  Real* excess_row(int k) { return real_row(excess_, k); }
+  /// Valid for i = 0 .. nx (periodic) and k = 0 .. nz (periodic).
+  const Real* solution_row(int j, int k) const {
+    return solution_[j & 1].data() +
+           transform_.real_pitch() * static_cast<std::size_t>(k == transform_.nz() ? 0 : k);
+  }
+
+  void eliminate(int j);
+  void couple();
+  void substitute(int j);
+
+  std::size_t bytes() const;
+  std::size_t values_sent() const { return reduced_.values_sent(); }
+
+ private:
+  Real* real_row(AlignedArray<Real>& plane, int k) {
+    return plane.data() + transform_.real_pitch() * static_cast<std::size_t>(k);
+  }
+  std::size_t at(int j, int kz) const {
+    return (static_cast<std::size_t>(j) * static_cast<std::size_t>(transform_.rows()) +
+            static_cast<std::size_t>(kz)) *
+           transform_.pitch();
+  }
+
+  PlaneTransform<Real> transform_;
+  ReducedSystem<Real> reduced_;
+  int planes_;
+  bool coupled_below_, coupled_above_;
+  AlignedArray<Real> c_, f_;            // coefficients, [plane][kz][kx]; f only with a slab below
+  AlignedArray<Complex> eliminated_;    // d', [plane][kz][kx]
+  AlignedArray<Complex> first_;         // g
+  AlignedArray<Complex> outside_;       // X + W of the rank below
+  AlignedArray<Complex> last_, above_;  // x_j on the way down, first plane of the rank above
+  AlignedArray<Real> work_, excess_;    // real planes
+  std::array<AlignedArray<Real>, 2> solution_;
+};
+
+}  // namespace bedload

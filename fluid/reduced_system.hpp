@@ -1,0 +1,83 @@
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "fluid/decomposition.hpp"
+
+namespace bedload {
+
+/// The coupling between the slabs of the y system, exactly, for any number of ranks.
+///
+/// With X_r the last plane of slab r, W_r an amount that the slab above has to see added to X_r
+/// (its share of the right-hand side that rank r knows, see PoissonSolver), d'_r the last
+/// eliminated right-hand side and g_r the first-plane functional (slab_elimination.hpp), each
+/// Fourier mode obeys
+///
+///   f_r (X_r-1 + W_r-1) + X_r + c_r Y_r+1 = d'_r,
+///   Y_r = g_r + alpha_r (X_r-1 + W_r-1) + beta_r X_r          (first plane of slab r),
+///
+/// a tridiagonal system in r, cyclic where y is periodic. Its matrix never changes and is
+/// factorised once. The modes are dealt out over the ranks by one all-to-all message, solved in
+/// double, and sent back by another. The mean mode leaves the level of the pressure open; X of the
+/// last slab is set to zero there, on whatever number of ranks.
+template <class Real>
+class ReducedSystem {
+ public:
+  using Complex = std::complex<Real>;
+
+  /// `eigenvalue` (one per mode, negative or zero) as in eliminate_slab; mode 0 is the mean mode.
+  ReducedSystem(const Grid& grid, const Decomposition& decomposition,
+                std::span<const double> eigenvalue);
+
+  /// What a rank knows after its elimination, one value per mode each.
+  struct Known {
+    const Complex* last;    ///< d' of its last plane
+    const Complex* first;   ///< g
+    const Complex* excess;  ///< W; not read beside the upper wall
+  };
+  /// What it needs for the way back.
+  struct Wanted {
+    Complex* below;  ///< X + W of the rank below; not written beside the lower wall
+    Complex* last;   ///< its own X
+    Complex* above;  ///< first plane of the rank above; not written beside the upper wall
+  };
+  /// Collective.
+  void solve(const Known& known, const Wanted& wanted);
+
+  /// Values sent by this rank in one solve, both messages.
+  std::size_t values_sent() const;
+
+ private:
+  /// One mode's coefficients of one slab, and its row of the factorised system.
+  struct Row {
+    double c, f, alpha, beta;            // see eliminate_slab; c = 0 beside the upper wall
+    double lower, inverse_pivot, upper;  // Thomas elimination of all rows but the last
+    double response;                     // of X_r to the last slab's X
+  };
+  struct Values {
+    std::complex<double> last, first, excess, x;
+  };
+
+  std::size_t share_begin(int rank) const {
+    return modes_ * static_cast<std::size_t>(rank) / static_cast<std::size_t>(ranks_);
+  }
+  std::size_t own_share() const { return share_begin(rank_ + 1) - share_begin(rank_); }
+  void factorise_mode(std::size_t mode);
+  void solve_mode(std::size_t mode);
+  void count_messages();
+
+  MPI_Comm comm_;
+  int rank_, ranks_;
+  bool cyclic_;
+  std::size_t modes_;
+  std::vector<Row> rows_;             // [own mode][slab]
+  std::vector<double> inverse_last_;  // [own mode], last pivot; 0 pins the mean mode
+  std::vector<Values> values_;        // [slab] of the mode in work
+  std::vector<Complex> to_owner_, at_owner_;
+  std::vector<int> rank_counts_, rank_offsets_, owner_counts_, owner_offsets_;
+};
+
+}  // namespace bedload

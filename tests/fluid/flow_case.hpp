@@ -1,0 +1,108 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "fluid/channel.hpp"
+#include "fluid/settings.hpp"
+
+namespace bedload {
+
+/// A box of cubic cells of edge h for the tests, otherwise as the defaults: open channel, no
+/// driving, at rest.
+inline Settings box(std::array<int, 3> cells, double h, double viscosity, double dt) {
+  Settings s;
+  s.file = "test.toml";
+  s.grid.cells = cells;
+  for (std::size_t d = 0; d < 3; ++d) s.grid.length[d] = cells[d] * h;
+  s.fluid.kinematic_viscosity = viscosity;
+  s.time.step = dt;
+  s.time.end = 1e9;
+  return s;
+}
+
+inline void set_y_ends(Settings& s, Wall lower, Wall upper) { s.boundary.y = {lower, upper}; }
+
+/// A developed-looking start: logarithmic profile with rolls and random modes.
+inline void disturb(Settings& s, double velocity, double amplitude) {
+  s.start.from = Start::logarithmic;
+  s.start.velocity = velocity;
+  s.start.disturbance = amplitude;
+}
+
+template <class Real>
+void advance(Channel<Real>& channel, int steps) {
+  for (int n = 0; n < steps; ++n) {
+    for (int stage = 0; stage < stage_count; ++stage) channel.advance_stage(stage);
+    channel.finish_step();
+  }
+}
+
+/// The same by the three separate calls of a coupled run.
+template <class Real>
+void advance_in_parts(Channel<Real>& channel, int steps) {
+  for (int n = 0; n < steps; ++n) {
+    for (int stage = 0; stage < stage_count; ++stage) {
+      channel.predict(stage);
+      channel.force_spheres(stage);
+      channel.project(stage);
+    }
+    channel.finish_step();
+  }
+}
+
+inline double all_max(double value, MPI_Comm comm) {
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MAX, comm);
+  return value;
+}
+
+/// Largest difference of the velocity from value(component, place) over all own faces.
+template <class Real>
+double largest_error(const Channel<Real>& channel,
+                     const std::function<double(int, const Vec3&)>& value) {
+  const Grid& grid = channel.grid();
+  double largest = 0.0;
+  for (int j = 0; j < channel.decomposition().planes(); ++j)
+    for (int k = 0; k < grid.cells[2]; ++k)
+      for (int c = 0; c < 3; ++c) {
+        const Real* row = channel.velocity().row(j, k, c);
+        for (int i = 0; i < grid.cells[0]; ++i) {
+          Vec3 place(grid.centre(i), grid.centre(channel.decomposition().first() + j),
+                     grid.centre(k));
+          place[c] += 0.5 * grid.h;
+          largest = std::max(largest, std::abs(static_cast<double>(row[i]) - value(c, place)));
+        }
+      }
+  return all_max(largest, channel.comm());
+}
+
+/// Largest difference, over all own values and ghosts that are not beyond a wall's edge, between
+/// this rank's part of `parallel` and the same place of `whole`, which lives on this rank alone.
+template <class Real>
+double largest_difference(const Field<Real>& parallel, const Decomposition& slabs,
+                          const Field<Real>& whole, bool with_ghosts) {
+  double largest = 0.0;
+  const int begin = with_ghosts ? -1 : 0, end = slabs.planes() + (with_ghosts ? 1 : 0);
+  const int all = whole.planes();
+  for (int j = begin; j < end; ++j) {
+    int there = slabs.first() + j;  // ghosts of the whole field's own ends are its ghosts
+    there = std::clamp(there, -1, all);
+    for (int k = 0; k < parallel.nz(); ++k)
+      for (int c = 0; c < parallel.components(); ++c)
+        for (int i = -1; i <= parallel.nx(); ++i)
+          largest = std::max(largest, std::abs(double(parallel.row(j, k, c)[i]) -
+                                               double(whole.row(there, k, c)[i])));
+  }
+  return all_max(largest, slabs.comm());
+}
+
+template <class Real>
+double epsilon() {
+  return static_cast<double>(std::numeric_limits<Real>::epsilon());
+}
+
+}  // namespace bedload

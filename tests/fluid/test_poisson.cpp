@@ -1,0 +1,130 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "fluid/poisson.hpp"
+#include "tests/fluid/flow_case.hpp"
+
+namespace bedload {
+namespace {
+
+struct Case {
+  std::array<int, 3> cells;
+  Wall lower, upper;
+  std::vector<double> plane_cost;  // uneven slabs
+};
+
+/// Solves for the divergence of a random field that is zero on the walls and returns the largest
+/// residual of the seven-point equation, evaluated on the solution of this rank and its
+/// neighbours'.
+template <class Real>
+double residual(const Case& test) {
+  Settings s = box(test.cells, 0.1, 1e-3, 0.01);
+  set_y_ends(s, test.lower, test.upper);
+  const Grid grid = make_grid(s);
+  const Decomposition slabs(grid, MPI_COMM_WORLD, test.plane_cost);
+  const int nx = grid.cells[0], ny = grid.cells[1], nz = grid.cells[2], planes = slabs.planes();
+
+  Field<Real> flow(grid, planes, 3);
+  for (int j = 0; j < planes; ++j)
+    for (int k = 0; k < nz; ++k)
+      for (int c = 0; c < 3; ++c) {
+        std::mt19937 bits(static_cast<unsigned>(((slabs.first() + j) * nz + k) * 3 + c));
+        std::uniform_real_distribution<double> random(-1.0, 1.0);
+        for (int i = 0; i < nx; ++i) flow.row(j, k, c)[i] = static_cast<Real>(random(bits));
+      }
+  for (int j = 0; j < planes; ++j) wrap_x_ghosts(flow, j);
+  if (slabs.at_upper_wall())
+    for (int k = 0; k < nz; ++k) std::fill_n(flow.row(planes - 1, k, 1) - 1, nx + 2, Real(0));
+  slabs.exchange(flow);  // v beyond the lower wall stays zero
+
+  PoissonSolver<Real> poisson(grid, slabs);
+  Field<Real> rhs(grid, planes, 1), phi(grid, planes, 1);
+  for (int j = 0; j < planes; ++j) {
+    for (int k = 0; k < nz; ++k)
+      for (int i = 0; i < nx; ++i) {
+        const Real in_plane = flow.row(j, k, 0)[i] - flow.row(j, k, 0)[i - 1] +
+                              flow.row(j, k, 2)[i] - flow.row(j, k - 1, 2)[i] +
+                              flow.row(j, k, 1)[i];
+        rhs.row(j, k)[i] = in_plane - flow.row(j - 1, k, 1)[i];
+        poisson.rhs_row(k)[i] = j == 0 ? in_plane : rhs.row(j, k)[i];
+        poisson.excess_row(k)[i] = flow.row(j, k, 1)[i];
+      }
+    poisson.eliminate(j);
+  }
+  poisson.couple();
+  for (int j = slabs.at_upper_wall() ? planes - 1 : planes; j >= 0; --j) {
+    poisson.substitute(j);
+    for (int k = 0; k < nz; ++k) std::copy_n(poisson.solution_row(j, k), nx, phi.row(j, k));
+  }
+  std::vector<Real> above;  // as the solver gave it, before the exchange
+  if (!slabs.at_upper_wall()) above.assign(phi.plane(planes), phi.plane(planes) + phi.plane_size());
+  for (int j = 0; j < planes; ++j) wrap_x_ghosts(phi, j);
+  slabs.exchange(phi);
+
+  double largest = 0.0;
+  for (int j = 0; j < planes; ++j)
+    for (int k = 0; k < nz; ++k)
+      for (int i = 0; i < nx; ++i) {
+        const int global = slabs.first() + j;
+        const double p = phi.row(j, k)[i];
+        double laplacian = phi.row(j, k)[i - 1] + phi.row(j, k)[i + 1] + phi.row(j, k - 1)[i] +
+                           phi.row(j, k + 1)[i] - 4.0 * p;
+        if (global > 0 || grid.periodic(1)) laplacian += phi.row(j - 1, k)[i] - p;
+        if (global < ny - 1 || grid.periodic(1)) laplacian += phi.row(j + 1, k)[i] - p;
+        largest = std::max(largest, std::abs(laplacian - double(rhs.row(j, k)[i])));
+      }
+  // The plane above that the solver gives must be the neighbour's.
+  for (int k = 0; k < nz && !above.empty(); ++k)
+    for (int i = 0; i < nx; ++i) {
+      const Real* place = phi.row(planes, k) + i;
+      const double given = above[static_cast<std::size_t>(place - phi.plane(planes))];
+      largest = std::max(largest, std::abs(given - double(*place)));
+    }
+  return all_max(largest, MPI_COMM_WORLD);
+}
+
+/// Right-hand sides are of order 4 and the solution of order 10 (long waves, up to 32 planes); the
+/// transforms add a few roundings of that.
+template <class Real>
+constexpr double bound = 300.0 * static_cast<double>(std::numeric_limits<Real>::epsilon());
+
+const std::vector<std::pair<Wall, Wall>> y_ends{{Wall::no_slip, Wall::free_slip},
+                                                {Wall::periodic, Wall::periodic}};
+
+TEST(Poisson, ResidualIsRoundOffForEveryBoundaryPair) {
+  for (const auto& [lower, upper] : y_ends)
+    for (const std::array<int, 3> cells : {std::array{16, 12, 8}, {8, 32, 16}, {12, 20, 10}}) {
+      SCOPED_TRACE(testing::Message() << cells[0] << 'x' << cells[1] << 'x' << cells[2]);
+      EXPECT_LT(residual<double>({cells, lower, upper, {}}), bound<double>);
+      EXPECT_LT(residual<float>({cells, lower, upper, {}}), bound<float>);
+    }
+}
+
+TEST(Poisson, TakesOddAndPrimeSizes) {
+  for (const auto& [lower, upper] : y_ends)
+    for (const std::array<int, 3> cells : {std::array{15, 12, 8}, {16, 7, 9}, {13, 11, 17}}) {
+      SCOPED_TRACE(testing::Message() << cells[0] << 'x' << cells[1] << 'x' << cells[2]);
+      EXPECT_LT(residual<double>({cells, lower, upper, {}}), bound<double>);
+    }
+}
+
+TEST(Poisson, TakesUnevenSlabsDownToOnePlane) {
+  for (const auto& [lower, upper] : y_ends) {
+    std::vector<double> bed(12, 1.0), lid(12, 1.0);
+    bed[0] = bed[1] = 100.0;
+    lid[11] = lid[10] = lid[9] = 100.0;
+    EXPECT_LT(residual<double>({{8, 12, 8}, lower, upper, bed}), bound<double>);
+    EXPECT_LT(residual<double>({{8, 12, 8}, lower, upper, lid}), bound<double>);
+    EXPECT_LT(residual<double>({{8, 4, 8}, lower, upper, {}}),
+              bound<double>);  // one plane each of 4
+  }
+}
+
+TEST(Poisson, FullSizeStaysAtRoundOff) {
+  EXPECT_LT(residual<double>({{64, 96, 64}, Wall::no_slip, Wall::no_slip, {}}),
+            1e3 * epsilon<double>());
+}
+
+}  // namespace
+}  // namespace bedload
