@@ -1,17 +1,71 @@
+// bedload-dem: LIGGGHTS with our styles. Beside bedload-fluid in one MPI job it moves the grains in
+// the fluid; alone it is plain LIGGGHTS for any script.
+
+#include <algorithm>
+#include <csignal>
+#include <memory>
+#include <span>
+#include <string_view>
+
 #include "coupling/attach.hpp"
+#include "coupling/dem_side.hpp"
+#include "coupling/quiet_screen.hpp"
 #include "coupling/register_coupling.hpp"
 #include "coupling/roles.hpp"
+#include "fluid/errors.hpp"
 #include "input.h"
 #include "lammps.h"
+#include "liggghts_styles/liggghts_program.hpp"
+#include "liggghts_styles/register_styles.hpp"
+#include "signal_handling.h"
+
+// LIGGGHTS calls this when it starts and after `clear`, which forgets fix styles.
 __attribute__((visibility("default"))) void LAMMPS_NS::LAMMPS::post_create() {
+  bedload::register_styles(this);
   bedload::register_coupling(this);
 }
+
+namespace bedload {
+namespace {
+
+/// Ctrl-C, or a batch system's warning, lets plain LIGGGHTS end after its present step. In a
+/// coupled job the partner would wait for it, so there the signal ends the process and with it the
+/// job.
+void handle_signals_as_liggghts_does() {
+  std::signal(SIGINT, LAMMPS_NS::SignalHandler::int_handler);
+  std::signal(SIGTERM, LAMMPS_NS::SignalHandler::int_handler);
+  std::signal(SIGUSR1, LAMMPS_NS::SignalHandler::usr1_handler);
+}
+
+void run_script(Job& job, int argc, char** argv) {
+  DemSide side(job);
+  if (job.alone())
+    handle_signals_as_liggghts_does();
+  else
+    attach(job.own(), &side);
+
+  LiggghtsProgram program(job.own());
+  {
+    const bool own_screen = std::any_of(argv + 1, argv + argc, [](std::string_view word) {
+      return word == "-screen" || word == "-sc";
+    });
+    QuietScreen quiet;
+    LAMMPS_NS::LAMMPS lammps(argc, argv, job.own());
+    check_styles(&lammps);
+    if (!job.alone() && !own_screen && lammps.screen != nullptr) lammps.screen = quiet.stream();
+    lammps.input->file();
+  }
+  program.finish();
+  if (!job.alone() && !side.stopped())
+    throw UserError(
+        "the LIGGGHTS script came to its end before the fluid did; it needs a fix couple/fluid and "
+        "behind it coupled_run (without 'steps' for the last one).");
+}
+
+}  // namespace
+}  // namespace bedload
+
 int main(int argc, char** argv) {
   using namespace bedload;
-  return run_program(argc, argv, Program::dem, [&](Job& job) {
-    DemSide side(job);
-    if (!job.alone()) attach(job.own(), &side);
-    LAMMPS_NS::LAMMPS lammps(argc, argv, job.own());
-    lammps.input->file();
-  });
+  return run_program(argc, argv, Program::dem, [&](Job& job) { run_script(job, argc, argv); });
 }

@@ -202,17 +202,17 @@ void FixCoupleFluid::project_forces() {
 }
 
 void FixCoupleFluid::send_motion() {
-  done_.collisions = finished_collisions();
+  if (done_.stage == 0) collisions_ = finished_collisions();
+  done_.collisions = collisions_;
   done_.ended = clock_seconds();
   side_->send_motion(done_, states(false));
 }
 
+// The count over all ranks travels with rank 0's states.
 std::int64_t FixCoupleFluid::finished_collisions() const {
   LAMMPS_NS::Fix* const table = modify->find_fix_style_strict("collision/table", 0);
-  if (table == nullptr) return -1;
-  int dim = 0;
-  const auto* const count = static_cast<const std::int64_t*>(table->extract("finished_here", dim));
-  return count == nullptr ? -1 : *count;
+  const auto count = table == nullptr ? -1 : static_cast<std::int64_t>(table->compute_scalar());
+  return comm->me == 0 ? count : 0;
 }
 
 std::vector<StateRecord> FixCoupleFluid::states(bool with_fixed) const {

@@ -61,7 +61,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   void project_forces();
   DemFacts collect_facts() const;
   std::string describe_effects() const;
-  /// Counted on this rank by fix collision/table; -1: there is none.
+  /// As fix collision/table counts them; -1: there is none. Collective.
   std::int64_t finished_collisions() const;
   std::vector<StateRecord> states(bool with_fixed) const;
   void check_atoms() const;
@@ -73,6 +73,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   LAMMPS_NS::FixPropertyAtom* torque_ = nullptr;
   StageLoads stage_;
   StateHeader done_{};
+  std::int64_t collisions_ = -1;
   double dt_fluid_ = 0.0, viscosity_ = 0.0, fluid_density_ = 0.0, cell_size_ = 0.0;
 };
 

@@ -54,7 +54,7 @@ struct StateHeader {
   std::int64_t stage;
   Triple impulse;           ///< sum over this rank's spheres and sub-steps of force dt [M L/T]
   Triple angular_impulse;   ///< the same of the torque [M L^2/T]
-  std::int64_t collisions;  ///< finished so far, counted on this rank; -1: nobody counts
+  std::int64_t collisions;  ///< finished so far, all on rank 0's record; -1 there: not counted
   double began, ended;      ///< clock [s] around the sub-steps, for the time line
 };
 
