@@ -53,8 +53,8 @@ def run(options: argparse.Namespace) -> int:
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
     claim_output(out)
     out.mkdir(parents=True, exist_ok=True)
-    overrides = list(options.set)
-    work = job.Job(scene, model, ranks, out, overrides, options.steps)
+    work = job.Job(scene, model, ranks, out, options.set, options.steps)
+    print(f"bedload: {work.summary()}; output in {out}", flush=True)
     status = job.run(work.command(), scene.folder)
     if status != 0:
         print(f"bedload: the run ended with status {status}; its output is {out}", file=sys.stderr)

@@ -61,6 +61,12 @@ class Job:
     overrides: Sequence[str] = ()
     steps: int | None = None
 
+    def summary(self) -> str:
+        """Scene, model and ranks in a few words."""
+        model = f" with {self.model}" if self.model else ""
+        dem = f" + {self.ranks.dem} (LIGGGHTS)" if self.scene.moves_grains else ""
+        return f"{self.scene.name}{model} on {self.ranks.fluid} (fluid){dem} ranks"
+
     def command(self) -> list[str]:
         """The line that a person could type in the scene's folder."""
         fluid = [str(BIN / "bedload-fluid"), "fluid.toml", "--out", str(self.out)]
