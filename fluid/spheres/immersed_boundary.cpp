@@ -296,6 +296,7 @@ void ImmersedBoundary<Real>::weigh_mobile() {
       clear_ones(fixed_lists_[c], range.begin, range.end, scratch_);
     });
   }
+  mobile_halo_.clear_touched(scratch_);
 }
 
 template <class Real>

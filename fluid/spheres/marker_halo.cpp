@@ -156,6 +156,21 @@ void MarkerHalo::clear_ghosts(Field<Real>& field) const {
 }
 
 template <class Real>
+void MarkerHalo::clear_touched(Field<Real>& field) const {
+  const std::size_t block = row_block(field);
+  const int nx = field.nx(), top = field.planes() - 1;
+  for (const int j : {-1, 0})
+    for (const int k : below_) std::fill_n(field.row(j, k) - 1, block, Real{});
+  for (const int j : {top, top + 1})
+    for (const int k : above_) std::fill_n(field.row(j, k) - 1, block, Real{});
+  for (const auto& [j, k] : seam_)
+    for (int c = 0; c < field.components(); ++c) {
+      Real* row = field.row(j, k, c);
+      row[-1] = row[0] = row[nx - 1] = row[nx] = Real{};
+    }
+}
+
+template <class Real>
 void MarkerHalo::collect(Field<Real>& field) const {
   const int nx = field.nx(), top = field.planes() - 1;
   for (const auto& [j, k] : seam_)
@@ -200,7 +215,9 @@ void MarkerHalo::refresh(Field<Real>& field) const {
 
 template void MarkerHalo::clear_ghosts(Field<float>&) const;
 template void MarkerHalo::clear_ghosts(Field<double>&) const;
+template void MarkerHalo::clear_touched(Field<float>&) const;
 template void MarkerHalo::collect(Field<float>&) const;
+template void MarkerHalo::clear_touched(Field<double>&) const;
 template void MarkerHalo::collect(Field<double>&) const;
 template void MarkerHalo::refresh(Field<float>&) const;
 template void MarkerHalo::refresh(Field<double>&) const;

@@ -25,6 +25,10 @@ class MarkerHalo {
   /// Empties the ghosts of the marked rows. Markers may then spread.
   template <class Real>
   void clear_ghosts(Field<Real>& field) const;
+  /// Empties all that collect() and refresh() wrote: the marked rows of the ghost planes and of the
+  /// planes next to them, and the ends of the marked rows at the seam.
+  template <class Real>
+  void clear_touched(Field<Real>& field) const;
   /// Adds ghosts of the marked rows to the cells that they stand for. Collective.
   template <class Real>
   void collect(Field<Real>& field) const;
