@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace bedload {
+
+/// Files are written under another name beside their final one and renamed when whole, so that a
+/// reader, or whoever looks after a crash, never meets half a file under a final name. Plain
+/// functions for one rank; each throws UserError with the file's name and the system's reason.
+
+/// Where the file is written until it is whole: path + ".part".
+std::string aside_name(const std::string& path);
+
+/// Forces aside_name(path) to disk and gives it its final name, over whatever stood there.
+void put_in_place(const std::string& path);
+
+/// The same, and what stood under `path` before is kept under `previous` (and what stood there is
+/// gone). At every moment at least one whole file exists under one of the two names.
+void put_in_place_keeping(const std::string& path, const std::string& previous);
+
+/// Removes aside_name(path) if it is there; never throws.
+void discard_aside(const std::string& path) noexcept;
+
+/// Writes a whole text file aside and puts it in place.
+void write_text_file(const std::string& path, const std::string& text);
+
+/// Takes `bytes` of the disk for a moment, beside `path`, and gives them back. A full disk, a quota
+/// or a folder that cannot be written to is found here, before any rank is inside a collective
+/// write: parallel HDF5 1.10 on Open MPI 4.1 was seen to hang in H5Fclose after a failed write.
+void require_space(const std::string& path, std::uint64_t bytes);
+
+}  // namespace bedload

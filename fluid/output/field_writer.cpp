@@ -1,0 +1,165 @@
+#include "fluid/output/field_writer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "fluid/output/agreement.hpp"
+#include "fluid/output/aside_file.hpp"
+#include "fluid/output/hdf5_file.hpp"
+
+namespace bedload {
+namespace {
+
+constexpr std::uint64_t metadata_room = 1 << 20;  // groups, headers and alignment of one snapshot
+
+std::string group_name(std::int64_t step) { return fmt::format("step_{:08d}", step); }
+
+std::vector<double> faces(int cells, double h) {
+  std::vector<double> position(static_cast<std::size_t>(cells) + 1);
+  for (int i = 0; i <= cells; ++i) position[static_cast<std::size_t>(i)] = i * h;
+  return position;
+}
+
+/// This rank's share of an array of shape (nz, ny, nx).
+Hyperslab slab_of(const Grid& grid, const Decomposition& slabs) {
+  const auto size = [](int n) { return static_cast<std::uint64_t>(n); };
+  return {{size(grid.cells[2]), size(grid.cells[1]), size(grid.cells[0])},
+          {0, size(slabs.first()), 0},
+          {size(grid.cells[2]), size(slabs.planes()), size(grid.cells[0])}};
+}
+
+/// Component c of the velocity at the centres of this rank's cells, order (k, j, i):
+///   u(i, j, k) = (u_{i-1/2} + u_{i+1/2}) / 2, and v and w alike.
+template <class Real>
+std::vector<float> centred_velocity(const FlowView<Real>& flow, int c) {
+  const int nx = flow.grid.cells[0], nz = flow.grid.cells[2], planes = flow.slabs.planes();
+  std::vector<float> centred;
+  centred.reserve(static_cast<std::size_t>(nx) * static_cast<std::size_t>(nz) *
+                  static_cast<std::size_t>(planes));
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < planes; ++j) {
+      const Real* upper = flow.velocity.row(j, k, c);
+      const Real* lower = c == 0   ? upper - 1
+                          : c == 1 ? flow.velocity.row(j - 1, k, c)
+                                   : flow.velocity.row(j, k - 1, c);
+      for (int i = 0; i < nx; ++i)
+        centred.push_back(static_cast<float>(Real(0.5) * (lower[i] + upper[i])));
+    }
+  return centred;
+}
+
+template <class Real>
+std::vector<float> centred_pressure(const FlowView<Real>& flow) {
+  std::vector<float> values;
+  for (int k = 0; k < flow.grid.cells[2]; ++k)
+    for (int j = 0; j < flow.slabs.planes(); ++j) {
+      const Real* row = flow.pressure.row(j, k);
+      for (int i = 0; i < flow.grid.cells[0]; ++i) values.push_back(static_cast<float>(row[i]));
+    }
+  return values;
+}
+
+}  // namespace
+
+FieldWriter::FieldWriter(const std::string& folder, const Grid& grid, const Decomposition& slabs,
+                         std::int64_t resume_after)
+    : folder_(folder), path_(folder + "/fields.h5"), grid_(grid), comm_(slabs.comm()) {
+  on_first_rank(comm_, [&] {
+    if (resume_after >= 0 && std::filesystem::exists(path_))
+      resume_file(resume_after);
+    else
+      create_file();
+    write_xdmf();
+  });
+  int count = static_cast<int>(snapshots_.size());
+  MPI_Bcast(&count, 1, MPI_INT, 0, comm_);
+  snapshots_.resize(static_cast<std::size_t>(count));
+  MPI_Bcast(snapshots_.data(), static_cast<int>(snapshots_.size() * sizeof(Snapshot)), MPI_BYTE, 0,
+            comm_);
+}
+
+void FieldWriter::create_file() {
+  require_space(path_, metadata_room);
+  Hdf5File file(path_, Hdf5File::Access::create, MPI_COMM_SELF);
+  file.make_group("grid");
+  for (std::size_t d = 0; d < 3; ++d) {
+    const std::vector<double> position = faces(grid_.cells[d], grid_.h);
+    const std::uint64_t n = position.size();
+    file.write(fmt::format("grid/{}", "xyz"[d]), {{n}, {0}, {n}}, position.data());
+  }
+  file.close();
+}
+
+void FieldWriter::resume_file(std::int64_t step) {
+  Hdf5File file(path_, Hdf5File::Access::append, MPI_COMM_SELF);
+  for (const std::string& name : file.names("/")) {
+    if (!name.starts_with("step_")) continue;
+    const Snapshot snapshot{file.attribute<std::int64_t>(name, "step"),
+                            file.attribute<double>(name, "time")};
+    if (snapshot.step <= step)
+      snapshots_.push_back(snapshot);
+    else
+      file.remove(name);
+  }
+  file.close();
+}
+
+template <class Real>
+void FieldWriter::write(const FlowView<Real>& flow) {
+  const Hyperslab slab = slab_of(flow.grid, flow.slabs);
+  on_first_rank(comm_, [&] {
+    const auto cells = static_cast<std::uint64_t>(grid_.cell_count());
+    require_space(path_, cells * 4 * sizeof(float) + metadata_room);
+  });
+  Hdf5File file(path_, Hdf5File::Access::append, comm_);
+  const std::string group = group_name(flow.step);
+  if (std::erase_if(snapshots_, [&](const Snapshot& s) { return s.step == flow.step; }) > 0)
+    file.remove(group);
+  file.make_group(group);
+  file.set_attribute(group, "step", flow.step);
+  file.set_attribute(group, "time", flow.time);
+  for (int c = 0; c < 3; ++c)
+    file.write(fmt::format("{}/{}", group, "uvw"[c]), slab, centred_velocity(flow, c).data());
+  file.write(group + "/p", slab, centred_pressure(flow).data());
+  file.close();
+  snapshots_.push_back({flow.step, flow.time});
+  on_first_rank(comm_, [&] { write_xdmf(); });
+}
+
+void FieldWriter::write_xdmf() const {
+  const int nx = grid_.cells[0], ny = grid_.cells[1], nz = grid_.cells[2];
+  std::string text =
+      "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\">\n<Domain>\n"
+      "<Grid Name=\"flow\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+  for (const Snapshot& snapshot : snapshots_) {
+    const std::string group = group_name(snapshot.step);
+    text += fmt::format(
+        "<Grid Name=\"{0}\" GridType=\"Uniform\">\n<Time Value=\"{1}\"/>\n"
+        "<Topology TopologyType=\"3DRectMesh\" Dimensions=\"{4} {3} {2}\"/>\n"
+        "<Geometry GeometryType=\"VXVYVZ\">\n",
+        group, snapshot.time, nx + 1, ny + 1, nz + 1);
+    for (std::size_t d = 0; d < 3; ++d)
+      text += fmt::format(
+          "<DataItem Dimensions=\"{}\" NumberType=\"Float\" Precision=\"8\" Format=\"HDF\">"
+          "fields.h5:/grid/{}</DataItem>\n",
+          grid_.cells[d] + 1, "xyz"[d]);
+    text += "</Geometry>\n";
+    for (const char name : {'u', 'v', 'w', 'p'})
+      text += fmt::format(
+          "<Attribute Name=\"{0}\" AttributeType=\"Scalar\" Center=\"Cell\">"
+          "<DataItem Dimensions=\"{4} {3} {2}\" NumberType=\"Float\" Precision=\"4\" "
+          "Format=\"HDF\">fields.h5:/{1}/{0}</DataItem></Attribute>\n",
+          name, group, nx, ny, nz);
+    text += "</Grid>\n";
+  }
+  text += "</Grid>\n</Domain>\n</Xdmf>\n";
+  write_text_file(folder_ + "/fields.xdmf", text);
+}
+
+template void FieldWriter::write(const FlowView<float>&);
+template void FieldWriter::write(const FlowView<double>&);
+
+}  // namespace bedload

@@ -1,0 +1,219 @@
+#include "fluid/output/state_file.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+
+#include "fluid/output/agreement.hpp"
+#include "fluid/output/aside_file.hpp"
+#include "fluid/output/interpolation.hpp"
+
+namespace bedload {
+namespace {
+
+constexpr std::uint64_t metadata_room = 1 << 20;
+constexpr int pressure_index = 3;
+
+template <class Real>
+Hyperslab slab_of(const FlowView<Real>& flow) {
+  const auto size = [](int n) { return static_cast<std::uint64_t>(n); };
+  const auto& cells = flow.grid.cells;
+  return {{size(cells[1]), size(cells[2]), size(cells[0])},
+          {size(flow.slabs.first()), 0, 0},
+          {size(flow.slabs.planes()), size(cells[2]), size(cells[0])}};
+}
+
+/// The rows of one component without their ghosts, order (j, k, i).
+template <class Real>
+std::vector<Real> packed(const Field<Real>& field, int c) {
+  std::vector<Real> values;
+  values.reserve(static_cast<std::size_t>(field.planes()) * static_cast<std::size_t>(field.nz()) *
+                 static_cast<std::size_t>(field.nx()));
+  for (int j = 0; j < field.planes(); ++j)
+    for (int k = 0; k < field.nz(); ++k) {
+      const Real* row = field.row(j, k, c);
+      values.insert(values.end(), row, row + field.nx());
+    }
+  return values;
+}
+
+/// Component c (3: pressure) lives in this component of that field.
+template <class Real>
+Real* row_of(Field<Real>& velocity, Field<Real>& pressure, int c, int j, int k) {
+  return c == pressure_index ? pressure.row(j, k) : velocity.row(j, k, c);
+}
+
+/// The points of component c (3: pressure) along direction d of a grid with these cells.
+PointRow points(const Grid& walls_of, const std::array<int, 3>& cells, int c, int d) {
+  const auto direction = static_cast<std::size_t>(d);
+  PointRow row{
+      cells[direction], walls_of.length[direction] / cells[direction], c == d ? 1.0 : 0.5, {}};
+  for (std::size_t end = 0; end < 2; ++end) {
+    const Wall wall = walls_of.walls[direction][end];
+    if (wall == Wall::periodic)
+      row.ends[end] = Continuation::periodic;
+    else if (c == d)
+      row.ends[end] = Continuation::on_wall;
+    else
+      row.ends[end] = c != pressure_index && wall == Wall::no_slip ? Continuation::opposed
+                                                                   : Continuation::mirrored;
+  }
+  return row;
+}
+
+std::vector<LinearStencil> stencils(const Grid& grid, const std::array<int, 3>& from_cells, int c,
+                                    int d, int first, int count) {
+  const PointRow row = points(grid, from_cells, c, d);
+  std::vector<LinearStencil> list;
+  for (int n = first; n < first + count; ++n)
+    list.push_back(linear_stencil(row, c == d ? grid.face(n) : grid.centre(n)));
+  return list;
+}
+
+/// Interpolates one component onto this rank's planes: first between two stored planes, then
+/// within the plane.
+template <class Real>
+void interpolate(const StateReader& state, const Grid& grid, const Decomposition& slabs, int c,
+                 Field<Real>& velocity, Field<Real>& pressure) {
+  const auto& cells = state.header().cells;
+  const auto nx = static_cast<std::size_t>(cells[0]), nz = static_cast<std::size_t>(cells[2]);
+  const auto along_x = stencils(grid, cells, c, 0, 0, grid.cells[0]);
+  const auto along_y = stencils(grid, cells, c, 1, slabs.first(), slabs.planes());
+  const auto along_z = stencils(grid, cells, c, 2, 0, grid.cells[2]);
+  std::map<int, std::vector<double>> stored;  // planes in use, two at a time
+  const auto plane = [&](int j) -> const std::vector<double>& {
+    const auto [entry, is_new] = stored.try_emplace(j);
+    if (is_new) {
+      entry->second.resize(nx * nz);
+      state.read_planes(c, j, 1, entry->second.data());
+    }
+    return entry->second;
+  };
+  std::vector<double> blended(nx * nz);
+  for (int j = 0; j < slabs.planes(); ++j) {
+    const LinearStencil& y = along_y[static_cast<std::size_t>(j)];
+    std::erase_if(stored, [&](const auto& entry) {
+      return entry.first != y.lower && entry.first != y.upper;
+    });
+    const std::vector<double>&lower = plane(y.lower), &upper = plane(y.upper);
+    double wall = 0.0;  // what the y walls contribute; x and z walls are at rest
+    for (std::size_t end = 0; end < 2 && c != pressure_index; ++end)
+      wall += y.wall_weight[end] * grid.y_wall_velocity[end][static_cast<std::size_t>(c)];
+    for (std::size_t n = 0; n < blended.size(); ++n)
+      blended[n] = y.lower_weight * lower[n] + y.upper_weight * upper[n] + wall;
+    for (int k = 0; k < grid.cells[2]; ++k) {
+      const LinearStencil& z = along_z[static_cast<std::size_t>(k)];
+      const double* near = blended.data() + nx * static_cast<std::size_t>(z.lower);
+      const double* far = blended.data() + nx * static_cast<std::size_t>(z.upper);
+      Real* row = row_of(velocity, pressure, c, j, k);
+      for (int i = 0; i < grid.cells[0]; ++i) {
+        const LinearStencil& x = along_x[static_cast<std::size_t>(i)];
+        const double at_near = x.lower_weight * near[x.lower] + x.upper_weight * near[x.upper];
+        const double at_far = x.lower_weight * far[x.lower] + x.upper_weight * far[x.upper];
+        row[i] = static_cast<Real>(z.lower_weight * at_near + z.upper_weight * at_far);
+      }
+    }
+  }
+}
+
+/// Takes one component over as it is.
+template <class Real>
+void copy(const StateReader& state, const Decomposition& slabs, int c, Field<Real>& velocity,
+          Field<Real>& pressure) {
+  const auto nx = static_cast<std::size_t>(velocity.nx());
+  std::vector<Real> values(nx * static_cast<std::size_t>(velocity.nz()));
+  for (int j = 0; j < slabs.planes(); ++j) {
+    state.read_planes(c, slabs.first() + j, 1, values.data());
+    for (int k = 0; k < velocity.nz(); ++k)
+      std::copy_n(values.data() + nx * static_cast<std::size_t>(k), nx,
+                  row_of(velocity, pressure, c, j, k));
+  }
+}
+
+/// A state fits when box and periodic directions are those of the run.
+void check_box(const std::string& path, const StateHeader& found, const Grid& wanted) {
+  for (std::size_t d = 0; d < 3; ++d) {
+    if (std::abs(found.length[d] - wanted.length[d]) > 1e-6 * wanted.length[d])
+      throw UserError(fmt::format(
+          "{}: the state's box is {} long along {}, but grid.length says {}; only the cells may "
+          "differ.",
+          path, found.length[d], "xyz"[d], wanted.length[d]));
+    if ((found.walls[d][0] == Wall::periodic) != (wanted.walls[d][0] == Wall::periodic))
+      throw UserError(fmt::format(
+          "{}: the state is {} along {}, but boundary.{} is {}.", path,
+          found.walls[d][0] == Wall::periodic ? "periodic" : "closed by walls", "xyz"[d], "xyz"[d],
+          wanted.walls[d][0] == Wall::periodic ? "\"periodic\"" : "a wall"));
+  }
+}
+
+}  // namespace
+
+template <class Real>
+void write_state(const std::string& path, const FlowView<Real>& flow, const StateExtras& extras,
+                 const std::string& previous) {
+  const MPI_Comm comm = flow.slabs.comm();
+  try {
+    std::uint64_t numbers = static_cast<std::uint64_t>(flow.grid.cell_count()) * 4;
+    std::uint64_t extra_numbers = 0;
+    for (const auto& [name, values] : extras) extra_numbers += values.size();
+    on_first_rank(comm, [&] {
+      require_space(path, numbers * sizeof(Real) + extra_numbers * sizeof(double) + metadata_room);
+    });
+    const auto file = create_state(path,
+                                   {.cells = flow.grid.cells,
+                                    .length = flow.grid.length,
+                                    .walls = flow.grid.walls,
+                                    .time = flow.time,
+                                    .step = flow.step,
+                                    .driving = flow.driving},
+                                   comm);
+    const Hyperslab slab = slab_of(flow);
+    for (int c = 0; c < 4; ++c)
+      file->write(
+          state_datasets[static_cast<std::size_t>(c)], slab,
+          c == pressure_index ? packed(flow.pressure, 0).data() : packed(flow.velocity, c).data());
+    if (!extras.empty()) file->make_group("extra");
+    const bool first_rank = flow.slabs.rank() == 0;
+    for (const auto& [name, values] : extras) {
+      const std::uint64_t n = values.size();
+      file->write("extra/" + name, {{n}, {0}, {first_rank ? n : 0}}, values.data());
+    }
+    file->close();
+    seal_state(path, previous, comm);
+  } catch (const UserError&) {
+    if (flow.slabs.rank() == 0) discard_aside(path);
+    throw;
+  }
+}
+
+template <class Real>
+StateRead read_state(const std::string& path, const Grid& grid, const Decomposition& slabs,
+                     Field<Real>& velocity, Field<Real>& pressure) {
+  const StateReader state(path, slabs.comm());
+  StateRead result{state.header(), state.header().cells != grid.cells, {}};
+  together(slabs.comm(), [&] {
+    check_box(path, state.header(), grid);
+    for (int c = 0; c < 4; ++c) {
+      if (!state.has(c))
+        pressure.fill(Real{});
+      else if (result.interpolated)
+        interpolate(state, grid, slabs, c, velocity, pressure);
+      else
+        copy(state, slabs, c, velocity, pressure);
+    }
+    result.extras = state.extras();
+  });
+  return result;
+}
+
+template void write_state(const std::string&, const FlowView<float>&, const StateExtras&,
+                          const std::string&);
+template void write_state(const std::string&, const FlowView<double>&, const StateExtras&,
+                          const std::string&);
+template StateRead read_state(const std::string&, const Grid&, const Decomposition&, Field<float>&,
+                              Field<float>&);
+template StateRead read_state(const std::string&, const Grid&, const Decomposition&, Field<double>&,
+                              Field<double>&);
+
+}  // namespace bedload

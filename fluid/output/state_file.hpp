@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+
+#include "fluid/output/flow_view.hpp"
+#include "fluid/output/state_format.hpp"
+
+namespace bedload {
+
+/// Writes the staggered flow in the precision of its fields, with grid, time, step and driving
+/// force, aside and then to its final name; what stood there is kept under `previous` (nothing is
+/// kept when empty). Collective; throws UserError on all ranks and leaves no half-written file.
+template <class Real>
+void write_state(const std::string& path, const FlowView<Real>& flow,
+                 const StateExtras& extras = {}, const std::string& previous = {});
+
+/// What read_state() found.
+struct StateRead {
+  StateHeader header;
+  bool interpolated = false;  ///< the grids differ: the velocity is not free of divergence
+  StateExtras extras;
+};
+
+/// Fills this rank's own cells of `velocity` and `pressure` from a state, compact or full; ghosts
+/// are left to the caller. On the same grid the values come back bit for bit whatever the number of
+/// ranks then and now. On another grid over the same box each component is interpolated linearly
+/// in the three directions on its own staggered points, periodic or up to the walls of `grid`. A
+/// pressure that is not stored becomes zero. Collective; throws UserError on all ranks when the
+/// file cannot be trusted or its box or its periodic directions differ.
+template <class Real>
+StateRead read_state(const std::string& path, const Grid& grid, const Decomposition& slabs,
+                     Field<Real>& velocity, Field<Real>& pressure);
+
+/// How a compact state is made smaller.
+struct Compaction {
+  int every = 2;  ///< cells per stored cell along each direction; must divide the cells
+  int gzip = 9;
+};
+
+/// Makes a small start field from a state: the velocity on a grid `every` times coarser, each value
+/// the mean over the faces that the coarse face is made of (a flow without divergence stays one),
+/// as 16-bit integers times a scale per component, deflated; without pressure and extras. The
+/// rounding error is at most half of max|component| / 32767. Collective.
+void write_compact_state(const std::string& state, const std::string& compact, MPI_Comm comm,
+                         const Compaction& how = {});
+
+}  // namespace bedload
