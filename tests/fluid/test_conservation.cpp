@@ -1,0 +1,193 @@
+#include <gtest/gtest.h>
+
+#include "tests/fluid/flow_case.hpp"
+
+namespace bedload {
+namespace {
+
+/// A disturbed flow of order 1 in a box of order 1, no two directions alike.
+Settings disturbed(Wall lower, Wall upper, double viscosity = 1e-3) {
+  Settings s = box({24, 16, 12}, 1.0 / 16, viscosity, 0.01);
+  set_y_ends(s, lower, upper);
+  disturb(s, 1.0, 0.5);
+  return s;
+}
+
+const std::vector<std::pair<Wall, Wall>> y_ends{{Wall::no_slip, Wall::free_slip},
+                                                {Wall::no_slip, Wall::no_slip},
+                                                {Wall::free_slip, Wall::no_slip},
+                                                {Wall::free_slip, Wall::free_slip},
+                                                {Wall::periodic, Wall::periodic}};
+
+template <class Real>
+class Conservation : public testing::Test {};
+using Precisions = testing::Types<double, float>;
+TYPED_TEST_SUITE(Conservation, Precisions);
+
+/// Velocities of order 2 over cells of 1/16: one rounding of a velocity is 32 eps of divergence,
+/// and a cell adds up six of them.
+TYPED_TEST(Conservation, DivergenceIsRoundOffAfterEveryStage) {
+  for (const auto& [lower, upper] : y_ends) {
+    Settings s = disturbed(lower, upper);
+    s.flow.driving = Driving::bulk_velocity;
+    s.flow.bulk_velocity = 1.0;
+    Channel<TypeParam> channel(s, MPI_COMM_WORLD);
+    EXPECT_LT(channel.max_divergence(), 500 * epsilon<TypeParam>());
+    for (int n = 0; n < 3; ++n) {
+      for (int stage = 0; stage < stage_count; ++stage) {
+        channel.advance_stage(stage);
+        EXPECT_LT(channel.max_divergence(), 500 * epsilon<TypeParam>());
+      }
+      channel.finish_step();
+    }
+    EXPECT_GT(channel.kinetic_energy(), 0.1);  // there is a flow to speak of
+  }
+}
+
+/// Driving, wall stress and the change of momentum balance to round-off in every step, whatever
+/// drives. The residual is in units of (largest speed * cells): a mean of roundings.
+TYPED_TEST(Conservation, MomentumBudgetCloses) {
+  for (const auto& [lower, upper] : y_ends)
+    for (const Driving driving :
+         {Driving::none, Driving::bulk_velocity, Driving::pressure_gradient}) {
+      Settings s = disturbed(lower, upper, 5e-3);
+      s.boundary.y_lower_velocity = {0.3, 0.0, 0.1};
+      s.flow.driving = driving;
+      s.flow.bulk_velocity = 1.1;
+      s.flow.pressure_gradient = 0.7;
+      Channel<TypeParam> channel(s, MPI_COMM_WORLD);
+      const double before = channel.bulk_velocity();
+      double largest = 0.0;
+      for (int n = 0; n < 5; ++n) {
+        advance(channel, 1);
+        largest = std::max(largest, std::abs(channel.momentum_residual()));
+      }
+      EXPECT_LT(largest, 4 * epsilon<TypeParam>());
+      if (driving == Driving::bulk_velocity) {
+        // A sum of some thousand roundings of either sign.
+        EXPECT_NEAR(before, 1.1, 20 * epsilon<TypeParam>());
+        EXPECT_NEAR(channel.bulk_velocity(), 1.1, 20 * epsilon<TypeParam>());
+      }
+      if (driving == Driving::pressure_gradient && lower == Wall::periodic)
+        EXPECT_NEAR(channel.bulk_velocity() - before, 0.7 * 5 * 0.01, 100 * epsilon<TypeParam>());
+      if (driving == Driving::none && lower == Wall::no_slip)
+        EXPECT_GT(std::abs(channel.bulk_velocity() - before), 1e-4);  // the walls did act
+    }
+}
+
+/// Without viscosity the space discretisation keeps the kinetic energy exactly, so that what is
+/// left is the time scheme's: third order per unit time. Halving the step must divide it by 2^3
+/// (the energy error of a linear oscillation would even be of fourth order, but not a nonlinear
+/// one's).
+TEST(Conservation, EnergyIsKeptWithoutViscosityToTheTimeSchemesOrder) {
+  for (const Wall end : {Wall::periodic, Wall::free_slip}) {
+    const auto loss = [end](double dt, int steps) {
+      Settings s = disturbed(end, end, 1e-30);
+      s.time.step = dt;
+      Channel<double> channel(s, MPI_COMM_WORLD);
+      const double before = channel.kinetic_energy();
+      advance(channel, steps);
+      return std::abs(channel.kinetic_energy() - before) / before;
+    };
+    const double coarse = loss(0.01, 20), fine = loss(0.005, 40);
+    EXPECT_LT(fine, 1e-4);
+    EXPECT_GT(std::log2(coarse / fine), 2.7) << coarse << ' ' << fine;
+    EXPECT_LT(std::log2(coarse / fine), 4.3) << coarse << ' ' << fine;
+  }
+}
+
+/// Third order in time: three step lengths on one grid, differences between them.
+TEST(TimeScheme, ThirdOrder) {
+  const auto run = [](double dt, int steps) {
+    Settings s = disturbed(Wall::no_slip, Wall::free_slip, 2e-3);
+    s.flow.driving = Driving::bulk_velocity;
+    s.flow.bulk_velocity = 1.0;
+    s.time.step = dt;
+    auto channel = std::make_unique<Channel<double>>(s, MPI_COMM_WORLD);
+    advance(*channel, steps);
+    return channel;
+  };
+  const auto coarse = run(0.016, 10), middle = run(0.008, 20), fine = run(0.004, 40);
+  const auto difference = [](const Channel<double>& a, const Channel<double>& b) {
+    double largest = 0.0;
+    for (int j = 0; j < a.decomposition().planes(); ++j)
+      for (int k = 0; k < a.grid().cells[2]; ++k)
+        for (int c = 0; c < 3; ++c)
+          for (int i = 0; i < a.grid().cells[0]; ++i)
+            largest = std::max(
+                largest, std::abs(a.velocity().row(j, k, c)[i] - b.velocity().row(j, k, c)[i]));
+    return all_max(largest, a.comm());
+  };
+  const double order = std::log2(difference(*coarse, *middle) / difference(*middle, *fine));
+  EXPECT_GT(order, 2.7);
+  EXPECT_LT(order, 3.3);
+}
+
+/// The same fields for any number of ranks, ghosts included, pointwise, after some steps.
+TYPED_TEST(Conservation, FieldsDoNotDependOnTheRanks) {
+  for (const auto& [lower, upper] : y_ends) {
+    Settings s = disturbed(lower, upper);
+    s.flow.driving = Driving::bulk_velocity;
+    s.flow.bulk_velocity = 1.0;
+    Channel<TypeParam> parallel(s, MPI_COMM_WORLD), whole(s, MPI_COMM_SELF);
+    const Decomposition& slabs = parallel.decomposition();
+    EXPECT_LT(largest_difference(parallel.velocity(), slabs, whole.velocity(), true),
+              20 * epsilon<TypeParam>());
+    advance(parallel, 10);
+    advance(whole, 10);
+    // Ten steps, three solves each: round-off adds up and the flow amplifies it a little.
+    EXPECT_LT(largest_difference(parallel.velocity(), slabs, whole.velocity(), true),
+              300 * epsilon<TypeParam>());
+    // The pressure is a potential over dt: its round-off is that of u times length over stage step.
+    EXPECT_LT(largest_difference(parallel.pressure(), slabs, whole.pressure(), false),
+              3e5 * epsilon<TypeParam>());
+    EXPECT_NEAR(parallel.kinetic_energy(), whole.kinetic_energy(), 100 * epsilon<TypeParam>());
+    EXPECT_NEAR(parallel.driving_force(), whole.driving_force(), 1e5 * epsilon<TypeParam>());
+    EXPECT_NEAR(parallel.cfl(), whole.cfl(), 100 * epsilon<TypeParam>());
+  }
+}
+
+/// A mobile and a fixed sphere in the flow: the old pressure gradient stays in the predictor, the
+/// forcing enters between predictor and projection. Budget, divergence, bulk velocity and
+/// independence of the ranks must hold as before.
+TEST(WithSpheres, BudgetDivergenceAndRankIndependenceHold) {
+  for (const auto& [lower, upper] : y_ends) {
+    Settings s = disturbed(lower, upper);
+    s.flow.driving = Driving::bulk_velocity;
+    s.flow.bulk_velocity = 1.0;
+    const std::vector<SphereState> spheres{
+        {.tag = 7, .position = {0.4, 0.31, 0.35}, .radius = 0.2, .mobile = false},
+        {.tag = 9, .position = {1.2, 0.52, 0.1}, .velocity = {0.3, 0.1, 0.0}, .radius = 0.18}};
+    Channel<double> parallel(s, MPI_COMM_WORLD, spheres), whole(s, MPI_COMM_SELF, spheres);
+    for (int n = 0; n < 4; ++n) {
+      advance_in_parts(parallel, 1);
+      advance_in_parts(whole, 1);
+      EXPECT_LT(std::abs(parallel.momentum_residual()), 20 * epsilon<double>());
+      EXPECT_LT(parallel.max_divergence(), 2000 * epsilon<double>());
+      EXPECT_NEAR(parallel.bulk_velocity(), 1.0, 20 * epsilon<double>());
+    }
+    EXPECT_GT(std::abs(parallel.forcing().force_on_fluid[0]), 1e-3);  // they do act
+    EXPECT_LT(
+        largest_difference(parallel.velocity(), parallel.decomposition(), whole.velocity(), true),
+        3000 * epsilon<double>());
+  }
+}
+
+/// The fused sweeps and the three calls of a coupled run are the same arithmetic.
+TYPED_TEST(Conservation, FusedAndSeparateStagesAgreeExactly) {
+  Settings s = disturbed(Wall::no_slip, Wall::free_slip);
+  s.flow.driving = Driving::bulk_velocity;
+  s.flow.bulk_velocity = 1.0;
+  Channel<TypeParam> fused(s, MPI_COMM_WORLD), parts(s, MPI_COMM_WORLD);
+  advance(fused, 4);
+  advance_in_parts(parts, 4);
+  double largest = 0.0;
+  for (int j = -1; j <= fused.decomposition().planes(); ++j)
+    for (std::size_t n = 0; n < fused.velocity().plane_size(); ++n)
+      largest = std::max(largest, std::abs(double(fused.velocity().plane(j)[n]) -
+                                           double(parts.velocity().plane(j)[n])));
+  EXPECT_EQ(largest, 0.0);
+}
+
+}  // namespace
+}  // namespace bedload

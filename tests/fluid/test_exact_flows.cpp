@@ -1,0 +1,200 @@
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "tests/fluid/flow_case.hpp"
+
+namespace bedload {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// u of the discrete Poiseuille flow between walls at 0 and L: the parabola G/(2 nu) y (L - y) plus
+/// G h^2/(8 nu), because the mean across the wall (not the value on it) is zero.
+double discrete_poiseuille(double y, double length, double h, double g, double nu) {
+  return g / (2.0 * nu) * (y * (length - y) + 0.25 * h * h);
+}
+
+template <class Real>
+class ExactFlow : public testing::Test {};
+using Precisions = testing::Types<double, float>;
+TYPED_TEST_SUITE(ExactFlow, Precisions);
+
+/// The steady state of the scheme is known in closed form, so any departure is round-off: a few
+/// hundred steps of diffusion leave some hundred eps.
+TYPED_TEST(ExactFlow, PoiseuilleUnderConstantPressureGradientStaysExact) {
+  Settings s = box({8, 16, 4}, 0.125, 0.1, 0.01);
+  set_y_ends(s, Wall::no_slip, Wall::no_slip);
+  s.flow.driving = Driving::pressure_gradient;
+  s.flow.pressure_gradient = 0.3;
+  s.fluid.density = 1.5;
+  const double g = 0.3 / 1.5;
+  const auto exact = [&](int c, const Vec3& x) {
+    return c == 0 ? discrete_poiseuille(x[1], 2.0, 0.125, g, 0.1) : 0.0;
+  };
+  Channel<TypeParam> channel(s, MPI_COMM_WORLD);
+  channel.set_velocity(exact);
+  advance(channel, 200);
+  EXPECT_LT(largest_error<TypeParam>(channel, exact), 1000 * epsilon<TypeParam>());
+  // Each wall takes half of the driving: rho G L/2 = 0.3 * 2/2.
+  const std::array<double, 2> stress = channel.wall_stress();
+  EXPECT_NEAR(stress[0], 0.3, 1e4 * epsilon<TypeParam>());
+  EXPECT_NEAR(stress[1], 0.3, 1e4 * epsilon<TypeParam>());
+  EXPECT_NEAR(channel.driving_force(), 0.3, 1e-12);
+}
+
+TEST(ExactFlow, PoiseuilleIsReachedFromRest) {
+  Settings s = box({4, 8, 4}, 0.25, 0.5, 0.01);
+  set_y_ends(s, Wall::no_slip, Wall::no_slip);
+  s.flow.driving = Driving::pressure_gradient;
+  s.flow.pressure_gradient = 0.3;
+  Channel<double> channel(s, MPI_COMM_WORLD);
+  advance(channel, 3000);  // 30 T: the slowest mode has decayed by exp(-nu pi^2 t/L^2) = 1e-16
+  const double error = largest_error<double>(channel, [&](int c, const Vec3& x) {
+    return c == 0 ? discrete_poiseuille(x[1], 2.0, 0.25, 0.3, 0.5) : 0.0;
+  });
+  EXPECT_LT(error, 1e-13);
+}
+
+/// Constant bulk velocity in an open channel: the driving must come out as 3 nu U/H^2 (discrete:
+/// over 1 + h^2/(2 H^2) * ..., evaluated from the discrete parabola), and the bulk stay exact.
+TEST(ExactFlow, OpenChannelFindsItsDrivingForce) {
+  const double h = 0.125, nu = 0.2, bulk = 1.3, height = 1.0;
+  Settings s = box({4, 8, 4}, h, nu, 0.01);
+  s.flow.driving = Driving::bulk_velocity;
+  s.flow.bulk_velocity = bulk;
+  s.fluid.density = 2.0;
+  Channel<double> channel(s, MPI_COMM_WORLD);
+  advance(channel, 4000);
+  // Half of a closed channel of height 2H; mean of the discrete parabola over the half.
+  double mean = 0.0;
+  for (int j = 0; j < 8; ++j)
+    mean += discrete_poiseuille((j + 0.5) * h, 2.0 * height, h, 1.0, nu) / 8.0;
+  EXPECT_NEAR(channel.driving_force(), 2.0 * bulk / mean, 1e-10);
+  EXPECT_NEAR(channel.bulk_velocity(), bulk, 1e-13);
+  EXPECT_NEAR(channel.wall_stress()[0], channel.driving_force() * height, 1e-10);
+  EXPECT_EQ(channel.wall_stress()[1], 0.0);
+}
+
+/// Couette flow between walls that move along x and z: linear, and exact on any grid.
+TYPED_TEST(ExactFlow, CouetteIsLinear) {
+  Settings s = box({4, 8, 4}, 0.25, 0.5, 0.01);
+  set_y_ends(s, Wall::no_slip, Wall::no_slip);
+  s.boundary.y_lower_velocity = {-0.5, 0.0, 0.25};
+  s.boundary.y_upper_velocity = {1.5, 0.0, -0.75};
+  Channel<TypeParam> channel(s, MPI_COMM_WORLD);
+  advance(channel, 3000);
+  const double error = largest_error<TypeParam>(channel, [&](int c, const Vec3& x) {
+    const double share = x[1] / 2.0;
+    return c == 0 ? -0.5 + 2.0 * share : c == 2 ? 0.25 - share : 0.0;
+  });
+  EXPECT_LT(error, 500 * epsilon<TypeParam>());
+  // Fluid below the faster wall is held back: stress on it nu du/dy = 0.5 (rho = 1), lower the same
+  // with the other sign by action and reaction.
+  EXPECT_NEAR(channel.wall_stress()[0], 0.5, 1e4 * epsilon<TypeParam>());
+  EXPECT_NEAR(channel.wall_stress()[1], -0.5, 1e4 * epsilon<TypeParam>());
+}
+
+/// A uniform stream between free-slip walls feels nothing at all.
+TEST(ExactFlow, UniformStreamBetweenFreeSlipWallsGoesOn) {
+  Settings s = box({8, 6, 4}, 0.25, 0.1, 0.01);
+  set_y_ends(s, Wall::free_slip, Wall::free_slip);
+  Channel<double> channel(s, MPI_COMM_WORLD);
+  const auto stream = [](int c, const Vec3&) { return c == 0 ? 0.7 : c == 2 ? -0.3 : 0.0; };
+  channel.set_velocity(stream);
+  advance(channel, 50);
+  EXPECT_LT(largest_error<double>(channel, stream), 1e-14);
+}
+
+/// Largest error after a fixed time of a two-dimensional Taylor-Green vortex in a plane that is
+/// turned by `axis`: u_a = U + cos sin, u_b = V - sin cos, carried along and decaying by
+/// exp(-2 nu k^2 t).
+double taylor_green_error(int cells, int a, int b, double dt, double end) {
+  const double h = 1.0 / cells, nu = 0.01, k = 2.0 * pi, drift_a = 0.4,
+               drift_b = b == 1 ? 0.0 : 0.3;
+  std::array<int, 3> n{4, 4, 4};
+  n[static_cast<std::size_t>(a)] = n[static_cast<std::size_t>(b)] = cells;
+  Settings s = box(n, h, nu, dt);
+  set_y_ends(s, Wall::periodic, Wall::periodic);
+  Channel<double> channel(s, MPI_COMM_WORLD);
+  double time = 0.0;
+  const auto exact = [&](int c, const Vec3& x) {
+    const double xa = k * (x[a] - drift_a * time), xb = k * (x[b] - drift_b * time);
+    const double size = std::exp(-2.0 * nu * k * k * time);
+    if (c == a) return drift_a + size * std::cos(xa) * std::sin(xb);
+    if (c == b) return drift_b - size * std::sin(xa) * std::cos(xb);
+    return 0.0;
+  };
+  channel.set_velocity(exact);
+  const int steps = static_cast<int>(std::lround(end / dt));
+  advance(channel, steps);
+  time = channel.time();
+  return largest_error<double>(channel, exact);
+}
+
+/// Second order in space: the error falls by 2^2 when the cells are halved (the time step with
+/// them, its third-order error is far below).
+TEST(TaylorGreen, SecondOrderInSpaceInEveryPlane) {
+  for (const auto& [a, b] : {std::pair{0, 1}, {1, 2}, {0, 2}}) {
+    const double coarse = taylor_green_error(16, a, b, 0.01, 0.2);
+    const double fine = taylor_green_error(32, a, b, 0.005, 0.2);
+    const double order = std::log2(coarse / fine);
+    EXPECT_GT(order, 1.85) << "plane " << a << b << ": " << coarse << ' ' << fine;
+    EXPECT_LT(order, 2.15) << "plane " << a << b << ": " << coarse << ' ' << fine;
+    EXPECT_LT(fine, 5e-3);
+  }
+}
+
+/// With walls: vortex between free-slip walls, sin(pi y) cos(2 pi x), its decay exp(-5 pi^2 nu t),
+/// kept in place. The wall rows and the Poisson solver's wall condition take part.
+TEST(TaylorGreen, SecondOrderBetweenFreeSlipWalls) {
+  const auto error = [](int cells, double dt) {
+    const double nu = 0.01, kx = 2.0 * pi, ky = pi;
+    Settings s = box({cells, cells, 4}, 1.0 / cells, nu, dt);
+    set_y_ends(s, Wall::free_slip, Wall::free_slip);
+    Channel<double> channel(s, MPI_COMM_WORLD);
+    double time = 0.0;
+    const auto exact = [&](int c, const Vec3& x) {
+      const double size = std::exp(-nu * (kx * kx + ky * ky) * time);
+      if (c == 0) return size * ky / kx * std::sin(kx * x[0]) * std::cos(ky * x[1]);
+      if (c == 1) return -size * std::cos(kx * x[0]) * std::sin(ky * x[1]);
+      return 0.0;
+    };
+    channel.set_velocity(exact);
+    advance(channel, static_cast<int>(std::lround(0.2 / dt)));
+    time = channel.time();
+    return largest_error<double>(channel, exact);
+  };
+  const double order = std::log2(error(16, 0.01) / error(32, 0.005));
+  EXPECT_GT(order, 1.85);
+  EXPECT_LT(order, 2.15);
+}
+
+/// With no-slip walls and all terms: Stokes' layer over an oscillating... replaced by decay of the
+/// first shear mode between resting walls, u = sin(pi y), exact for the discrete Laplacian apart
+/// from the rate: second order in h.
+TEST(TaylorGreen, SecondOrderBetweenNoSlipWalls) {
+  const auto error = [](int cells, double dt) {
+    const double nu = 0.05;
+    Settings s = box({4, cells, 4}, 1.0 / cells, nu, dt);
+    set_y_ends(s, Wall::no_slip, Wall::no_slip);
+    Channel<double> channel(s, MPI_COMM_WORLD);
+    double time = 0.0;
+    const auto exact = [&](int c, const Vec3& x) {
+      const double size = std::exp(-nu * pi * pi * time);
+      return c == 0   ? size * std::sin(pi * x[1])
+             : c == 2 ? size * std::sin(2 * pi * x[1]) * std::exp(-3 * nu * pi * pi * time)
+                      : 0.0;
+    };
+    channel.set_velocity(exact);
+    advance(channel, static_cast<int>(std::lround(0.4 / dt)));
+    time = channel.time();
+    return largest_error<double>(channel, exact);
+  };
+  const double order = std::log2(error(16, 0.004) / error(32, 0.001));
+  EXPECT_GT(order, 1.85);
+  EXPECT_LT(order, 2.15);
+}
+
+}  // namespace
+}  // namespace bedload
