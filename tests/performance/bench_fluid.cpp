@@ -1,0 +1,179 @@
+#include <fmt/format.h>
+#include <mpi.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "fluid/channel.hpp"
+#include "fluid/errors.hpp"
+
+// How fast the channel solver is, beside the memory bandwidth that the same ranks reach in the same
+// run. One line of JSON per row:
+//   mcells_per_s       million cells times full Runge-Kutta steps (three pressure solves) per
+//   second bytes_per_cell     growth of the peak resident memory of all ranks by the solver, per
+//   cell triad_gb_s         a = b + s c, 24 bytes counted per element, all ranks together
+//   roofline_fraction  rate times 480 bytes (240 in single precision) over the triad bandwidth
+// Medians over the repeats.
+
+namespace bedload {
+namespace {
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  return 0.5 * (values[(n - 1) / 2] + values[n / 2]);
+}
+
+int ranks_of(MPI_Comm comm) {
+  int ranks = 0;
+  MPI_Comm_size(comm, &ranks);
+  return ranks;
+}
+
+/// Seconds of `work`, from all ranks ready to the last one done.
+template <class Work>
+double seconds_of(Work&& work) {
+  MPI_Barrier(MPI_COMM_WORLD);
+  const double begin = MPI_Wtime();
+  work();
+  MPI_Barrier(MPI_COMM_WORLD);
+  return MPI_Wtime() - begin;
+}
+
+double triad_gb_per_s(int repeats) {
+  const std::size_t n =
+      (std::size_t{24} << 20) / static_cast<std::size_t>(ranks_of(MPI_COMM_WORLD));
+  AlignedArray<double> a(n), b(n), c(n);
+  for (std::size_t i = 0; i < n; ++i) b[i] = c[i] = static_cast<double>(i % 7);
+  std::vector<double> rates;
+  double scale = 3.0;
+  for (int repeat = 0; repeat < std::max(5, repeats); ++repeat) {
+    double *to = a.data(), *from = b.data(), *other = c.data();
+    const double seconds = seconds_of([&] {
+      for (std::size_t i = 0; i < n; ++i) to[i] = from[i] + scale * other[i];
+    });
+    scale = 1.0 + a[static_cast<std::size_t>(repeat)] * 1e-9;  // nothing may be left out
+    double elements = static_cast<double>(n);
+    MPI_Allreduce(MPI_IN_PLACE, &elements, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
+    rates.push_back(24e-9 * elements / seconds);
+  }
+  return median(rates);
+}
+
+/// Peak resident memory of this process so far [bytes].
+double peak_memory() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("VmHWM:")) return 1024.0 * std::stod(line.substr(6));
+  return 0.0;
+}
+
+/// Makes the present resident memory the new peak to start from.
+void forget_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5\n"; }
+
+struct Row {
+  std::array<int, 3> cells;
+  std::string precision;
+  double rate, bytes_per_cell;
+};
+
+template <class Real>
+Row measure(const std::array<int, 3>& cells, double seconds, int repeats) {
+  Settings s;
+  s.grid.cells = cells;
+  for (std::size_t d = 0; d < 3; ++d) s.grid.length[d] = double(cells[d]) / cells[1];
+  s.fluid.kinematic_viscosity = 1.0 / 4449.0;
+  s.flow.driving = Driving::bulk_velocity;
+  s.flow.bulk_velocity = 1.0;
+  s.start.from = Start::logarithmic;
+  s.start.velocity = 1.0;
+  s.start.disturbance = 0.2;
+  s.time.step = 0.2 / cells[1];
+
+  forget_peak_memory();
+  const double before = peak_memory();
+  Channel<Real> channel(s, MPI_COMM_WORLD);
+  const auto steps = [&channel](int count) {
+    for (int n = 0; n < count; ++n) {
+      for (int stage = 0; stage < stage_count; ++stage) channel.advance_stage(stage);
+      channel.finish_step();
+    }
+  };
+  steps(2);
+  double once = seconds_of([&] { steps(2); }) / 2.0;
+  MPI_Bcast(&once, 1, MPI_DOUBLE, 0, MPI_COMM_WORLD);
+  const int count = std::max(1, static_cast<int>(seconds / repeats / once));
+  std::vector<double> rates;
+  for (int n = 0; n < repeats; ++n)
+    rates.push_back(1e-6 * count * channel.grid().cell_count() / seconds_of([&] { steps(count); }));
+  double bytes = peak_memory() - before;
+  MPI_Allreduce(MPI_IN_PLACE, &bytes, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
+  return {cells, sizeof(Real) == 4 ? "single" : "double", median(rates),
+          bytes / channel.grid().cell_count()};
+}
+
+std::array<int, 3> read_grid(const std::string& text) {
+  std::array<int, 3> cells{};
+  char x = 0, y = 0;
+  std::istringstream in(text);
+  if (!(in >> cells[0] >> x >> cells[1] >> y >> cells[2]) || x != 'x' || y != 'x')
+    throw UserError(fmt::format("--grid is '{}', but must be like 128x128x128.", text));
+  return cells;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Rate of the channel solver beside the memory bandwidth, one line of JSON per row");
+  std::vector<std::string> grids{"128x128x128", "256x128x128", "160x90x80", "192x192x192"};
+  std::vector<std::string> precisions{"double", "single"};
+  double seconds = 5.0;
+  int repeats = 5;
+  std::string commit = "unknown";
+  app.add_option("--grid", grids, "Cells, for instance 128x128x128");
+  app.add_option("--precision", precisions, "double, single")
+      ->check(CLI::IsMember({"double", "single"}));
+  app.add_option("--seconds", seconds, "Time for each row, set-up not counted");
+  app.add_option("--repeats", repeats, "Samples that the medians are taken of");
+  app.add_option("--commit", commit, "Name of the measured state, for the rows");
+  CLI11_PARSE(app, argc, argv);
+
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  for (const std::string& grid : grids)
+    for (const std::string& precision : precisions) {
+      const double triad = triad_gb_per_s(repeats);
+      const std::array<int, 3> cells = read_grid(grid);
+      const bool single = precision == "single";
+      const Row row = single ? measure<float>(cells, seconds, repeats)
+                             : measure<double>(cells, seconds, repeats);
+      if (rank != 0) continue;
+      const double roofline = row.rate * (single ? 240.0 : 480.0) * 1e-3 / triad;
+      fmt::print(
+          "{{\"name\": \"fluid\", \"grid\": \"{}\", \"ranks\": {}, \"precision\": \"{}\", "
+          "\"diffusion\": \"explicit\", \"mcells_per_s\": {:.2f}, \"bytes_per_cell\": {:.1f}, "
+          "\"triad_gb_s\": {:.2f}, \"roofline_fraction\": {:.3f}, \"commit\": \"{}\"}}\n",
+          grid, ranks_of(MPI_COMM_WORLD), row.precision, row.rate, row.bytes_per_cell, triad,
+          roofline, commit);
+      std::cout.flush();
+    }
+  return 0;
+}
+
+}  // namespace
+}  // namespace bedload
+
+int main(int argc, char** argv) {
+  MPI_Init(&argc, &argv);
+  int result = 1;
+  try {
+    result = bedload::run(argc, argv);
+  } catch (const bedload::UserError& error) {
+    std::cerr << error.what() << '\n';
+    MPI_Abort(MPI_COMM_WORLD, 1);
+  }
+  MPI_Finalize();
+  return result;
+}
