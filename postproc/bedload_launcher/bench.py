@@ -1,9 +1,8 @@
-"""Measurements as one line of JSON each: kernels by Google Benchmark, whole steps by short runs."""
+"""Measurements as one line of JSON each: kernels by programs bench_*, whole steps by short runs."""
 
 import csv
 import datetime
 import json
-import os
 import platform
 import subprocess
 import tempfile
@@ -15,6 +14,7 @@ from pathlib import Path
 from . import job
 from .build import BIN, ROOT
 from .errors import UserError
+from .machine import cores
 from .scenes import Scene
 
 STEPS = 40  # of a scene; the first ones are dearer by a few per cent
@@ -37,6 +37,7 @@ def circumstances() -> dict:
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "commit": commit or None,
         "processor": _processor(),
+        "cores": cores(),
     }
 
 
@@ -45,22 +46,17 @@ def programs() -> dict[str, Path]:
     return {file.name.removeprefix("bench_"): file for file in sorted(BIN.glob("bench_*"))}
 
 
-def kernels(program: Path) -> Iterator[dict]:
-    """Runs a Google Benchmark program; one record per benchmark in it."""
-    done = subprocess.run(
-        [str(program), "--benchmark_format=json"],
-        stdout=subprocess.PIPE, text=True, env=job.environment(), check=False,
-    )  # fmt: skip
-    if done.returncode != 0:
-        raise UserError(f"{program} ended with status {done.returncode}.")
-    for entry in json.loads(done.stdout)["benchmarks"]:
-        unit = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}[entry["time_unit"]]
-        counters = {
-            key: value
-            for key, value in entry.items()
-            if isinstance(value, float) and key not in ("real_time", "cpu_time")
-        }
-        yield {"name": entry["name"], "seconds": entry["real_time"] * unit, **counters}
+def kernels(program: Path, ranks: job.Ranks) -> Iterator[dict]:
+    """Runs a program that prints one line of JSON per measurement; yields them as they come."""
+    line = ["mpirun", "--quiet", "-np", str(ranks.fluid), str(program)]
+    with subprocess.Popen(
+        line, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, env=job.environment()
+    ) as measurement:
+        for text in measurement.stdout:
+            if text.startswith("{"):
+                yield json.loads(text)
+    if measurement.returncode != 0:
+        raise UserError(f"{program} ended with status {measurement.returncode}.")
 
 
 def whole_step(scene: Scene, ranks: job.Ranks) -> dict:
@@ -92,5 +88,5 @@ def whole_step(scene: Scene, ranks: job.Ranks) -> dict:
 
 
 def print_record(record: dict) -> None:
-    """One line on the terminal, flushed: a long series is readable while it runs."""
-    print(json.dumps({**circumstances(), "cores": os.cpu_count(), **record}), flush=True)
+    """One line on the terminal at once: a long series can be read while it runs."""
+    print(json.dumps({**record, **circumstances()}), flush=True)

@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
     if status != 0:
         print(f"bedload: the run ended with status {status}; its output is {out}", file=sys.stderr)
         return status
-    show = [*PYTHON, str(ROOT / "postproc" / "show.py"), str(out)]
+    show = [*PYTHON, str(ROOT / "postproc" / "show.py"), str(out), "--after-run"]
     return job.run(show + (["--no-pictures"] if options.no_pictures else []), Path.cwd())
 
 
@@ -81,15 +81,16 @@ def scenes(_: argparse.Namespace) -> int:
 def bench(options: argparse.Namespace) -> int:
     build()
     kernels, steps = measure.programs(), all_scenes()
+    ranks = job.Ranks.parse(options.ranks)
     if options.name is not None and options.name not in kernels | steps:
         raise unknown("benchmark", options.name, kernels | steps)
     for name, program in kernels.items():
         if options.name in (None, name):
-            for record in measure.kernels(program):
+            for record in measure.kernels(program, ranks):
                 measure.print_record(record)
     for name, scene in steps.items():
         if options.name in (None, name):
-            measure.print_record(measure.whole_step(scene, job.Ranks.parse(options.ranks)))
+            measure.print_record(measure.whole_step(scene, ranks))
     return 0
 
 
@@ -136,7 +137,7 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     sub.add_argument(
         "name", nargs="?", metavar="NAME", help="only this one: a kernel, or a scene's time step"
     )
-    sub.add_argument("--ranks", metavar="FLUID:DEM", help="MPI ranks of a scene's time step")
+    sub.add_argument("--ranks", metavar="FLUID:DEM", help="MPI ranks (default: every core)")
     return top, commands.choices
 
 

@@ -65,8 +65,11 @@ def _render(console: Console, run: Run) -> None:
         console.print(f"[yellow]No picture.png: {problem}[/]")
 
 
-def show(folder: Path, pictures: bool = True) -> None:
-    """Writes path.png, picture.png and report.html into `folder` and prints the numbers."""
+def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None:
+    """Writes path.png, picture.png and report.html into `folder` and prints the numbers.
+
+    `times_shown`: the run itself has just printed its table of times.
+    """
     run = Run(folder)
     console = Console(highlight=False)
     has_grains = any(len(block) for block in run.sample_blocks(rows=1))
@@ -86,7 +89,8 @@ def show(folder: Path, pictures: bool = True) -> None:
     console.print()
     _print_lines(console, "Grains", grains)
     _print_lines(console, "Flow and checks", flow)
-    _print_times(console, times)
+    if not times_shown:
+        _print_times(console, times)
     report.write(run, grains, flow, times, folder / "report.html")
     console.print(f"In {folder}:", soft_wrap=True)
     for file, what in (
@@ -105,6 +109,9 @@ def main() -> int:
     parser.add_argument("folder", type=Path, metavar="OUT", help="output folder of a run")
     parser.add_argument("--no-pictures", action="store_true", help="numbers and report only")
     parser.add_argument(
+        "--after-run", action="store_true", help="leave out the table of times: just printed"
+    )
+    parser.add_argument(
         "--picture-only", action="store_true", help="picture.png only; needs an X server"
     )
     options = parser.parse_args()
@@ -114,7 +121,7 @@ def main() -> int:
 
             picture.render(Run(options.folder), options.folder / "picture.png")
         else:
-            show(options.folder, pictures=not options.no_pictures)
+            show(options.folder, not options.no_pictures, options.after_run)
     except MissingOutput as missing:
         print(missing, file=sys.stderr)
         return 1
