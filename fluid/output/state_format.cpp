@@ -57,11 +57,11 @@ void check_front(const std::string& path, MPI_Comm comm) {
     if (front.version != state_format_version)
       throw UserError(fmt::format("{}: is a state of format {}, but this program reads format {}.",
                                   path, front.version, state_format_version));
-    const std::uint64_t found = std::filesystem::file_size(path) - state_block_bytes;
-    if (found != front.bytes)
-      throw UserError(fmt::format("{}: the state is {}; it holds {} bytes of {}.", path,
-                                  found < front.bytes ? "truncated" : "too long", found,
-                                  front.bytes));
+    const std::uint64_t found = std::filesystem::file_size(path);
+    const std::uint64_t sealed = front.bytes + state_block_bytes;
+    if (found != sealed)
+      throw UserError(fmt::format("{}: the state is {}; the file has {} bytes instead of {}.", path,
+                                  found < sealed ? "truncated" : "too long", found, sealed));
   });
   const std::uint64_t sum = file_checksum(path, state_block_bytes, comm);
   on_first_rank(comm, [&] {

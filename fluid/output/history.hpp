@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <tuple>
+
+#include "fluid/output/csv_file.hpp"
+
+namespace bedload {
+
+/// The state of a run at one step: one row of history.csv.
+struct HistoryRow {
+  std::int64_t step = 0;
+  double time = 0.0;               ///< [T]
+  double dt = 0.0;                 ///< step just made [T]
+  double cfl = 0.0;                ///< max over cells of (|u| + |v| + |w|) dt / h
+  double bulk_velocity = 0.0;      ///< mean of u over the box [L/T]
+  double driving = 0.0;            ///< mean driving force per volume along x [M/(L^2 T^2)]
+  double kinetic_energy = 0.0;     ///< of the whole box [M L^2/T^2]
+  double u_tau_driving = 0.0;      ///< sqrt(driving times depth / density) [L/T]
+  double max_divergence = 0.0;     ///< largest |div u| [1/T]
+  double slip_max = 0.0;           ///< largest slip of a marker [L/T]
+  double slip_rms = 0.0;           ///< [L/T]
+  std::int64_t forcing_loops = 0;  ///< of the last stage
+  std::int64_t mobile_spheres = 0;
+  double momentum_residual = 0.0;  ///< of the last step, relative: zero to round-off
+};
+
+template <class T>
+struct HistoryColumn {
+  const char* name;
+  T HistoryRow::*value;
+};
+
+/// The columns in their order; header and rows come from here.
+inline constexpr std::tuple history_columns{
+    HistoryColumn<std::int64_t>{"step", &HistoryRow::step},
+    HistoryColumn<double>{"time", &HistoryRow::time},
+    HistoryColumn<double>{"dt", &HistoryRow::dt},
+    HistoryColumn<double>{"cfl", &HistoryRow::cfl},
+    HistoryColumn<double>{"bulk_velocity", &HistoryRow::bulk_velocity},
+    HistoryColumn<double>{"driving", &HistoryRow::driving},
+    HistoryColumn<double>{"kinetic_energy", &HistoryRow::kinetic_energy},
+    HistoryColumn<double>{"u_tau_driving", &HistoryRow::u_tau_driving},
+    HistoryColumn<double>{"max_divergence", &HistoryRow::max_divergence},
+    HistoryColumn<double>{"slip_max", &HistoryRow::slip_max},
+    HistoryColumn<double>{"slip_rms", &HistoryRow::slip_rms},
+    HistoryColumn<std::int64_t>{"forcing_loops", &HistoryRow::forcing_loops},
+    HistoryColumn<std::int64_t>{"mobile_spheres", &HistoryRow::mobile_spheres},
+    HistoryColumn<double>{"momentum_residual", &HistoryRow::momentum_residual}};
+
+/// The names of all columns, with commas between.
+std::string history_header();
+/// The values in the same order; numbers read back as the same double.
+std::string history_line(const HistoryRow& row);
+
+/// folder/history.csv. For the first rank.
+class History {
+ public:
+  /// `resume_after` >= 0 keeps the rows up to that step of a run that is continued.
+  explicit History(const std::string& folder, std::int64_t resume_after = -1)
+      : file_(folder + "/history.csv", history_header(), resume_after) {}
+  void add(const HistoryRow& row) { file_.add(history_line(row)); }
+
+ private:
+  CsvFile file_;
+};
+
+}  // namespace bedload

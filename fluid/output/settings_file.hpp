@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+
+#include "fluid/output/derived_numbers.hpp"
+#include "fluid/settings.hpp"
+
+namespace bedload {
+
+/// The derived numbers, one "# derived.name = value  # meaning" per line. Comments, because they
+/// follow from the keys: a file with them can be run again as it is.
+std::string derived_as_comments(const DerivedNumbers& numbers);
+
+/// Writes folder/settings.toml: every value in force, then the derived numbers. For the first rank;
+/// throws UserError.
+void write_settings_file(const std::string& folder, const Settings& settings,
+                         const DerivedNumbers& numbers);
+
+}  // namespace bedload
