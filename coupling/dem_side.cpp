@@ -23,7 +23,7 @@ void DemSide::introduce(const DemFacts& facts, const std::string& effects,
     for (const int fluid : state_receivers(job_.partner_size()))
       outbox_.post(fluid, Subject::dem_facts, message);
   }
-  post_states(Subject::spheres, StateHeader{}, spheres);
+  post_states(Subject::spheres, MotionHeader{}, spheres);
   introduced_ = true;
 }
 
@@ -39,11 +39,11 @@ StageLoads DemSide::receive_loads() {
   return stage;
 }
 
-void DemSide::send_motion(StateHeader header, std::span<const StateRecord> spheres) {
+void DemSide::send_motion(MotionHeader header, std::span<const StateRecord> spheres) {
   post_states(Subject::states, header, spheres);
 }
 
-void DemSide::post_states(Subject subject, const StateHeader& header,
+void DemSide::post_states(Subject subject, const MotionHeader& header,
                           std::span<const StateRecord> spheres) {
   const auto message = std::make_shared<const Bytes>(pack(header, spheres));
   for (const int fluid : state_receivers(job_.partner_size()))

@@ -39,13 +39,13 @@ class DemSide {
   StageLoads receive_loads();
 
   /// Sends this rank's mobile spheres and what it did in the stage; returns at once.
-  void send_motion(StateHeader header, std::span<const StateRecord> spheres);
+  void send_motion(MotionHeader header, std::span<const StateRecord> spheres);
 
   /// Whether the fluid has ended the coupled run.
   bool stopped() const { return stopped_; }
 
  private:
-  void post_states(Subject subject, const StateHeader& header,
+  void post_states(Subject subject, const MotionHeader& header,
                    std::span<const StateRecord> spheres);
 
   const Job& job_;

@@ -72,7 +72,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   LAMMPS_NS::FixPropertyAtom* force_ = nullptr;
   LAMMPS_NS::FixPropertyAtom* torque_ = nullptr;
   StageLoads stage_;
-  StateHeader done_{};
+  MotionHeader done_{};
   std::int64_t collisions_ = -1;
   double dt_fluid_ = 0.0, viscosity_ = 0.0, fluid_density_ = 0.0, cell_size_ = 0.0;
 };

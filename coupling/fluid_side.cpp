@@ -62,7 +62,7 @@ Acquaintance FluidSide::meet() {
   dem.effects.assign(effects.begin(), effects.end());
   if (const auto sentence = disagreement(facts_, dem.facts)) throw UserError(*sentence);
 
-  std::vector<StateHeader> headers;
+  std::vector<MotionHeader> headers;
   dem.spheres = gather_states(Subject::spheres, headers);
   const auto mobile =
       std::count_if(dem.spheres.begin(), dem.spheres.end(), [](const auto& s) { return s.mobile; });
@@ -96,14 +96,14 @@ void FluidSide::send_loads(int stage, double time_step, bool last_step,
 }
 
 Motion FluidSide::receive_motion() {
-  std::vector<StateHeader> headers;
+  std::vector<MotionHeader> headers;
   Motion motion;
   motion.mobile = gather_states(Subject::states, headers);
 
   Triple impulse{}, angular_impulse{};
   motion.dem_began = headers.front().began;
   std::int64_t collisions = 0;
-  for (const StateHeader& header : headers) {
+  for (const MotionHeader& header : headers) {
     add(impulse, header.impulse);
     add(angular_impulse, header.angular_impulse);
     collisions += header.collisions;
@@ -134,13 +134,13 @@ void FluidSide::post_loads(const LoadHeader& header, std::span<const LoadRecord>
 }
 
 std::vector<SphereState> FluidSide::gather_states(Subject subject,
-                                                  std::vector<StateHeader>& headers) const {
+                                                  std::vector<MotionHeader>& headers) const {
   std::vector<StateRecord> records;
   for (int dem = 0; dem < job_.partner_size(); ++dem) {
     const Bytes bytes = receive(job_.partner(), dem, subject);
-    headers.push_back(unpack_header<StateHeader>(bytes));
+    headers.push_back(unpack_header<MotionHeader>(bytes));
     assert(headers.back().step == step_ && headers.back().stage == stage_);
-    unpack_items<StateHeader>(bytes, records);
+    unpack_items<MotionHeader>(bytes, records);
   }
   // Ascending tags: what the fluid computes does not depend on which LIGGGHTS rank holds a sphere.
   std::sort(records.begin(), records.end(),

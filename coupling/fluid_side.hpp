@@ -59,7 +59,7 @@ class FluidSide {
   void stop();
 
  private:
-  std::vector<SphereState> gather_states(Subject subject, std::vector<StateHeader>& headers) const;
+  std::vector<SphereState> gather_states(Subject subject, std::vector<MotionHeader>& headers) const;
   void post_loads(const LoadHeader& header, std::span<const LoadRecord> records);
 
   const Job& job_;

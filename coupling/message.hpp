@@ -49,7 +49,7 @@ struct LoadHeader {
 };
 
 /// Heads the states of one stage.
-struct StateHeader {
+struct MotionHeader {
   std::int64_t step;
   std::int64_t stage;
   Triple impulse;           ///< sum over this rank's spheres and sub-steps of force dt [M L/T]
@@ -87,7 +87,7 @@ template <class T>
 concept Record = std::is_trivially_copyable_v<T> && std::is_standard_layout_v<T>;
 
 static_assert(Record<StateRecord> && Record<LoadRecord> && Record<LoadHeader> &&
-              Record<StateHeader> && Record<FluidFacts> && Record<DemFacts>);
+              Record<MotionHeader> && Record<FluidFacts> && Record<DemFacts>);
 
 /// A number that differs when sizes or places of the records' members differ; both programs compare
 /// theirs before the first message.
@@ -96,8 +96,8 @@ constexpr std::uint64_t layout_fingerprint() {
   for (const std::size_t number :
        {sizeof(StateRecord), offsetof(StateRecord, spin), offsetof(StateRecord, mobile),
         sizeof(LoadRecord), offsetof(LoadRecord, torque), sizeof(LoadHeader),
-        offsetof(LoadHeader, fluid_time_step), sizeof(StateHeader),
-        offsetof(StateHeader, collisions), sizeof(FluidFacts), offsetof(FluidFacts, gravity),
+        offsetof(LoadHeader, fluid_time_step), sizeof(MotionHeader),
+        offsetof(MotionHeader, collisions), sizeof(FluidFacts), offsetof(FluidFacts, gravity),
         offsetof(FluidFacts, cell_size), sizeof(DemFacts), offsetof(DemFacts, gravity),
         offsetof(DemFacts, mobile), offsetof(DemFacts, kinematic_viscosity)})
     hash = (hash ^ number) * 1099511628211ULL;

@@ -1,0 +1,117 @@
+// bedload-fluid: the flow. Beside bedload-dem in one MPI job its spheres are LIGGGHTS' atoms and
+// move; alone it computes a channel without spheres. simulation.cpp has the time step.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "coupling/clock.hpp"
+#include "coupling/effects.hpp"
+#include "coupling/fluid_options.hpp"
+#include "coupling/fluid_side.hpp"
+#include "coupling/roles.hpp"
+#include "coupling/run_output.hpp"
+#include "coupling/simulation.hpp"
+#include "fluid/errors.hpp"
+#include "fluid/output/state_file.hpp"
+#include "fluid/settings.hpp"
+
+namespace bedload {
+namespace {
+
+FluidFacts facts_of(const Settings& s) {
+  FluidFacts facts{};
+  facts.length = s.grid.length;
+  const auto periodic = [](const auto& ends) { return ends[0] == Wall::periodic ? 1 : 0; };
+  facts.periodic = {periodic(s.boundary.x), periodic(s.boundary.y), periodic(s.boundary.z)};
+  facts.gravity = s.fluid.gravity;
+  facts.density = s.fluid.density;
+  facts.kinematic_viscosity = s.fluid.kinematic_viscosity;
+  facts.time_step = s.time.step;
+  facts.cell_size = s.grid.length[0] / s.grid.cells[0];
+  return facts;
+}
+
+/// Start from the flow of another run (start.from = "state"); time and step begin anew.
+template <class Real>
+void start_from_state(Channel<Real>& channel) {
+  const Settings& s = channel.settings();
+  const auto file = std::filesystem::path(s.file).parent_path() / s.start.file;
+  const StateRead state = read_state(file.string(), channel.grid(), channel.decomposition(),
+                                     channel.velocity_to_restore(), channel.pressure_to_restore());
+  channel.restored(0.0, 0, state.header.driving, state.interpolated);
+}
+
+/// Steps from now to time.end, or as many as the command line allows.
+template <class Real>
+std::int64_t count_steps(const Channel<Real>& channel, std::int64_t most) {
+  const double left = channel.settings().time.end - channel.time();
+  const auto steps = static_cast<std::int64_t>(std::ceil(left / channel.time_step() - 1e-6));
+  return std::max<std::int64_t>(0, most < 0 ? steps : std::min(steps, most));
+}
+
+/// What both programs did in the last step: program,part,start,end in seconds since its begin.
+template <class Real>
+std::string time_line(Simulation<Real>& simulation, const std::vector<TimelineEntry>& fluid,
+                      double began) {
+  std::string text = "program,part,start,end\n";
+  for (const TimelineEntry& e : fluid)
+    text += fmt::format("bedload-fluid,{},{:.7f},{:.7f}\n", simulation.timing().name(e.phase),
+                        e.start, e.end);
+  for (const GrainInterval& g : simulation.grain_intervals())
+    text +=
+        fmt::format("bedload-dem,grain motion,{:.7f},{:.7f}\n", g.began - began, g.ended - began);
+  return text;
+}
+
+template <class Real>
+void simulate(Job& job, const FluidOptions& options, const Settings& settings, FluidSide* partner,
+              const Acquaintance* dem) {
+  Simulation<Real> simulation(settings, job.own(), partner,
+                              dem ? dem->spheres : std::vector<SphereState>{});
+  if (settings.start.from == Start::state) start_from_state(simulation.channel());
+  const std::int64_t steps = count_steps(simulation.channel(), options.steps);
+  RunOutput<Real> output(options.out, simulation, simulation.channel().step() + steps,
+                         effects_of(settings, dem));
+  std::string line;
+  for (std::int64_t step = 0; step < steps; ++step) {
+    const bool last = step + 1 == steps;
+    const double began = clock_seconds();
+    if (last) simulation.timing().record_step();
+    simulation.make_step(last);
+    if (last) line = time_line(simulation, simulation.timing().stop_recording(), began);
+    output.after_step();
+  }
+  if (partner) partner->stop();
+  output.finish(line);
+}
+
+void run(Job& job, int argc, char** argv) {
+  const std::optional<FluidOptions> options = read_fluid_options(argc, argv, job.rank() == 0);
+  if (!options) {
+    if (!job.alone()) throw UserError("bedload-dem waits for a scene; ask for help without it.");
+    return;
+  }
+  const Settings settings = read_settings(options->file, options->settings);
+  // Before LIGGGHTS hears of the fluid: its script may write there as well.
+  make_output_folder(options->out, job.own());
+  std::optional<FluidSide> partner;
+  std::optional<Acquaintance> dem;
+  if (!job.alone()) {
+    partner.emplace(job).introduce(facts_of(settings));
+    dem = partner->meet();
+  }
+  const auto start = settings.accuracy.precision == "single" ? simulate<float> : simulate<double>;
+  start(job, *options, settings, partner ? &*partner : nullptr, dem ? &*dem : nullptr);
+}
+
+}  // namespace
+}  // namespace bedload
+
+int main(int argc, char** argv) {
+  using namespace bedload;
+  return run_program(argc, argv, Program::fluid, [&](Job& job) { run(job, argc, argv); });
+}

@@ -1,0 +1,74 @@
+#include "coupling/effects.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <sstream>
+#include <string>
+
+namespace bedload {
+namespace {
+
+EffectRow row(const std::string& name, bool on, const std::string& why) {
+  return {name, on ? "on" : "off", why, {}};
+}
+
+/// The lines that LIGGGHTS sent: name, state and reason, separated by tabs.
+std::vector<EffectRow> effects_of_script(const std::string& text) {
+  std::vector<EffectRow> effects;
+  std::istringstream lines(text);
+  std::string name, state, why;
+  while (std::getline(lines, name, '\t') && std::getline(lines, state, '\t') &&
+         std::getline(lines, why))
+    effects.push_back({name, state, why, {}});
+  return effects;
+}
+
+EffectRow driving(const Settings& s) {
+  switch (s.flow.driving) {
+    case Driving::bulk_velocity:
+      return row("flow driving", true,
+                 fmt::format("bulk velocity kept at {}", s.flow.bulk_velocity));
+    case Driving::pressure_gradient:
+      return row("flow driving", true,
+                 fmt::format("force per volume kept at {}", s.flow.pressure_gradient));
+    case Driving::none:
+      break;
+  }
+  return row("flow driving", false, "flow.driving is \"none\"");
+}
+
+bool has_gravity(const Settings& s) {
+  return std::any_of(s.fluid.gravity.begin(), s.fluid.gravity.end(),
+                     [](double g) { return g != 0.0; });
+}
+
+}  // namespace
+
+std::vector<EffectRow> effects_of(const Settings& s, const Acquaintance* dem) {
+  const bool convection = s.fluid.convection != Switch::off;
+  std::vector<EffectRow> rows{
+      row("convection", convection,
+          convection ? "the flow has inertia" : "fluid.convection is \"off\""),
+      driving(s)};
+  if (dem == nullptr) {
+    rows.push_back(row("spheres", false, "this job has no bedload-dem"));
+    return rows;
+  }
+  const bool mobile = dem->facts.mobile > 0;
+  const std::string how_many = fmt::format("{} mobile spheres", dem->facts.mobile);
+  rows.push_back(row("immersed boundary", true,
+                     fmt::format("{} fixed spheres, weights computed once", dem->facts.fixed)));
+  rows.push_back(row("moving boundary", mobile, how_many));
+  rows.push_back(row("interior term", mobile, how_many));
+  rows.push_back(row("extra forcing loops", s.spheres.forcing_loops > 1,
+                     fmt::format("spheres.forcing_loops is {}", s.spheres.forcing_loops)));
+  rows.push_back(
+      row("buoyancy", mobile && has_gravity(s),
+          mobile ? (has_gravity(s) ? "fluid.gravity" : "fluid.gravity is zero") : how_many));
+  const std::vector<EffectRow> script = effects_of_script(dem->effects);
+  rows.insert(rows.end(), script.begin(), script.end());
+  return rows;
+}
+
+}  // namespace bedload

@@ -1,0 +1,59 @@
+#include "coupling/fluid_options.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+#include "coupling/version.hpp"
+#include "fluid/errors.hpp"
+#include "fluid/settings.hpp"
+
+namespace bedload {
+namespace {
+
+/// runs/<scene> under the folder that the command is typed in; the scene is the folder of
+/// fluid.toml.
+std::string default_output(const std::string& file) {
+  const std::filesystem::path scene = std::filesystem::absolute(file).parent_path().filename();
+  return (std::filesystem::path("runs") / scene).string();
+}
+
+}  // namespace
+
+std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first_rank) {
+  FluidOptions options;
+  bool keys = false;
+  bool show_version = false;
+  CLI::App app(
+      "The fluid of bedload: a channel solver with resolved spheres. Alone it runs a flow "
+      "without grains; with bedload-dem in the same MPI job the grains move:\n"
+      "  mpirun -np N bedload-fluid fluid.toml : -np M bedload-dem -in in.liggghts",
+      "bedload-fluid");
+  app.add_option("file", options.file, "The scene: fluid.toml");
+  app.add_option("--set", options.settings, "A value for this run, written as in TOML: time.end=20")
+      ->allow_extra_args(false);
+  app.add_option("--out", options.out,
+                 "Folder of the output (default: runs/<folder of fluid.toml>)");
+  app.add_option("--steps", options.steps, "Stop after this many time steps")
+      ->check(CLI::NonNegativeNumber);
+  app.add_flag("--help-keys", keys, "Print what fluid.toml may say");
+  app.add_flag("--version", show_version, "Print the version");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    if (first_rank) fmt::print("{}", app.help());
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    throw UserError(fmt::format("{} (bedload-fluid --help lists the options)", error.what()));
+  }
+  if (show_version && first_rank) fmt::print("bedload-fluid {}\n", version);
+  if (keys && first_rank) fmt::print("{}", describe_keys());
+  if (show_version || keys) return std::nullopt;
+  if (options.file.empty())
+    throw UserError("the scene is missing: bedload-fluid fluid.toml (bedload-fluid --help).");
+  if (options.out.empty()) options.out = default_output(options.file);
+  return options;
+}
+
+}  // namespace bedload

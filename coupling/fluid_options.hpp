@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bedload {
+
+/// The command line of bedload-fluid.
+struct FluidOptions {
+  std::string file;                   ///< fluid.toml
+  std::vector<std::string> settings;  ///< --set key=value
+  std::string out;                    ///< --out DIR
+  std::int64_t steps = -1;            ///< --steps N; negative: until time.end
+};
+
+/// Reads the command line. Returns nothing when all that was wanted is printed (--help,
+/// --help-keys,
+/// --version; by rank 0 alone). Throws UserError.
+std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first_rank);
+
+}  // namespace bedload

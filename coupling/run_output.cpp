@@ -1,0 +1,168 @@
+#include "coupling/run_output.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "fluid/errors.hpp"
+#include "fluid/output/agreement.hpp"
+#include "fluid/output/aside_file.hpp"
+#include "fluid/output/derived_numbers.hpp"
+#include "fluid/output/settings_file.hpp"
+#include "fluid/output/state_file.hpp"
+#include "fluid/output/timing.hpp"
+
+namespace bedload {
+namespace {
+
+bool is_first(MPI_Comm comm) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  return rank == 0;
+}
+
+}  // namespace
+
+void make_output_folder(const std::string& folder, MPI_Comm comm) {
+  on_first_rank(comm, [&] {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error)
+      throw UserError(
+          fmt::format("{}: the output folder cannot be made: {}.", folder, error.message()));
+  });
+}
+
+template <class Real>
+bool RunOutput<Real>::Rhythm::due(double now, double time_step) {
+  if (now + 0.5 * time_step < next_) return false;
+  while (every_ > 0.0 && now + 0.5 * time_step >= next_) next_ += every_;
+  return true;
+}
+
+template <class Real>
+RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulation,
+                           std::int64_t last_step, const std::vector<EffectRow>& effects)
+    : folder_(folder),
+      simulation_(simulation),
+      settings_(simulation.channel().settings()),
+      first_rank_(is_first(simulation.channel().comm())),
+      last_step_(last_step),
+      effects_(effects),
+      phase_(simulation.timing().add_phase("output")),
+      fields_due_(settings_.output.fields_every, simulation.channel().time()),
+      spheres_due_(settings_.output.spheres_every, simulation.channel().time()),
+      fields_(folder, simulation.channel().grid(), simulation.channel().decomposition()) {
+  const MPI_Comm comm = simulation_.channel().comm();
+  const DerivedNumbers numbers = derive_numbers(settings_);
+  on_first_rank(comm, [&] { write_settings_file(folder_, settings_, numbers); });
+  if (!simulation_.spheres().empty())
+    spheres_ = std::make_unique<SphereWriter>(folder_, comm, simulation_.spheres());
+  on_first_rank(comm, [&] { history_ = std::make_unique<History>(folder_); });
+  if (first_rank_) {
+    fmt::print("{}\n\n{}\n{}\n", settings_.title, derived_as_comments(numbers),
+               effects_table(effects_));
+    progress_ = std::make_unique<Progress>(progress_state(), stdout);
+  }
+  write_spheres();
+}
+
+template <class Real>
+void RunOutput<Real>::after_step() {
+  simulation_.timing().measure(phase_, [&] {
+    const Channel<Real>& channel = simulation_.channel();
+    worst_residual_ = std::max(worst_residual_, simulation_.momentum_residual());
+    if (channel.step() % settings_.output.history_every == 0 || channel.step() == last_step_)
+      write_history();
+    if (spheres_due_.due(channel.time(), channel.time_step())) write_spheres();
+    if (settings_.output.fields_every > 0.0 &&
+        fields_due_.due(channel.time(), channel.time_step())) {
+      fields_.write(view());
+      fields_step_ = channel.step();
+    }
+    if (first_rank_) progress_->update(progress_state());
+  });
+}
+
+template <class Real>
+void RunOutput<Real>::finish(const std::string& time_line) {
+  const MPI_Comm comm = simulation_.channel().comm();
+  simulation_.timing().measure(phase_, [&] {
+    if (fields_step_ != simulation_.channel().step()) fields_.write(view());
+    write_state(folder_ + "/state.h5", view());
+    on_first_rank(comm, [&] {
+      if (spheres_) spheres_->flush();
+      write_text_file(folder_ + "/timeline.csv", time_line);
+    });
+  });
+  const std::vector<TimingRow> times = simulation_.timing().reduce(comm);
+  on_first_rank(comm, [&] {
+    write_timing(folder_, times);
+    progress_->finish(progress_state());
+    fmt::print("\n{}\nOutput: {}\n", timing_table(times), folder_);
+  });
+}
+
+template <class Real>
+FlowView<Real> RunOutput<Real>::view() const {
+  const Channel<Real>& channel = simulation_.channel();
+  return {channel.grid(), channel.decomposition(), channel.velocity(),     channel.pressure(),
+          channel.time(), channel.step(),          channel.driving_force()};
+}
+
+template <class Real>
+void RunOutput<Real>::write_spheres() {
+  if (!spheres_) return;
+  const Channel<Real>& channel = simulation_.channel();
+  spheres_->sample(channel.step(), channel.time(), simulation_.spheres(), simulation_.mean_loads());
+}
+
+template <class Real>
+void RunOutput<Real>::write_history() {
+  const HistoryRow row = history_row();
+  if (first_rank_) history_->add(row);
+  worst_residual_ = 0.0;
+}
+
+template <class Real>
+HistoryRow RunOutput<Real>::history_row() const {
+  Channel<Real>& channel = simulation_.channel();
+  const Slip slip = channel.slip();
+  const double driving = channel.driving_force();
+  return {.step = channel.step(),
+          .time = channel.time(),
+          .dt = channel.time_step(),
+          .cfl = channel.cfl(),
+          .bulk_velocity = channel.bulk_velocity(),
+          .driving = driving,
+          .kinetic_energy = channel.kinetic_energy() / channel.grid().volume(),
+          .u_tau_driving =
+              u_tau_of_driving(driving, settings_.reference.height, settings_.fluid.density),
+          .max_divergence = channel.max_divergence(),
+          .slip_max = slip.max,
+          .slip_rms = slip.rms,
+          .forcing_loops = channel.forcing().loops,
+          .mobile_spheres = simulation_.mobile_count(),
+          .momentum_residual = worst_residual_};
+}
+
+template <class Real>
+ProgressState RunOutput<Real>::progress_state() const {
+  const Channel<Real>& channel = simulation_.channel();
+  ProgressState state;
+  state.step = channel.step();
+  state.time = channel.time();
+  state.end = settings_.time.end;
+  state.last_step = last_step_;
+  state.cfl = channel.cfl();
+  state.bulk_velocity = channel.bulk_velocity();
+  if (spheres_) state.mobile_spheres = simulation_.mobile_count();
+  if (simulation_.collisions() >= 0) state.collisions = simulation_.collisions();
+  return state;
+}
+
+template class RunOutput<float>;
+template class RunOutput<double>;
+
+}  // namespace bedload

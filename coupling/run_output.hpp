@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "coupling/simulation.hpp"
+#include "fluid/output/effects_table.hpp"
+#include "fluid/output/field_writer.hpp"
+#include "fluid/output/history.hpp"
+#include "fluid/output/progress.hpp"
+#include "fluid/output/sphere_writer.hpp"
+#include "fluid/settings.hpp"
+
+namespace bedload {
+
+/// Makes the folder of a run's output where it is missing. Collective; throws UserError.
+void make_output_folder(const std::string& folder, MPI_Comm comm);
+
+/// Everything that a run shows and leaves behind: the folder OUT and the terminal. Collective over
+/// the fluid's ranks; the first one writes tables and speaks.
+template <class Real>
+class RunOutput {
+ public:
+  /// Writes settings.toml and the spheres at the start into a folder that exists, prints the
+  /// effects.
+  RunOutput(const std::string& folder, Simulation<Real>& simulation, std::int64_t last_step,
+            const std::vector<EffectRow>& effects);
+
+  /// After each step: what is due.
+  void after_step();
+
+  /// At the end: last snapshot, state.h5, table of times, and the time line `line` of the last
+  /// step.
+  void finish(const std::string& time_line);
+
+ private:
+  /// Instants that come every so often; with 0 between them every step is one.
+  class Rhythm {
+   public:
+    Rhythm(double every, double now) : every_(every), next_(now + every) {}
+    /// Whether one has come by `now`, give or take half a step.
+    bool due(double now, double time_step);
+
+   private:
+    double every_, next_;
+  };
+
+  FlowView<Real> view() const;
+  HistoryRow history_row() const;
+  ProgressState progress_state() const;
+  void write_spheres();
+  void write_history();
+
+  std::string folder_;
+  Simulation<Real>& simulation_;
+  const Settings& settings_;
+  bool first_rank_;
+  std::int64_t last_step_;
+  std::vector<EffectRow> effects_;
+  std::size_t phase_;
+  Rhythm fields_due_, spheres_due_;
+  std::int64_t fields_step_ = -1;
+  double worst_residual_ = 0.0;  ///< since the last row of history.csv
+  FieldWriter fields_;
+  std::unique_ptr<SphereWriter> spheres_;
+  std::unique_ptr<History> history_;    ///< first rank only
+  std::unique_ptr<Progress> progress_;  ///< first rank only
+};
+
+}  // namespace bedload

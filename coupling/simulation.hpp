@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "coupling/fluid_side.hpp"
+#include "fluid/channel.hpp"
+#include "fluid/output/timing.hpp"
+
+namespace bedload {
+
+/// Motion of the grains in LIGGGHTS during one stage, by the clock that both programs read [s].
+struct GrainInterval {
+  double began, ended;
+};
+
+/// The flow, its spheres and, where grains move, LIGGGHTS at the other end of the exchange: one
+/// time step of all of them.
+template <class Real>
+class Simulation {
+ public:
+  /// `partner` is nullptr without LIGGGHTS; `spheres` are all, fixed and mobile.
+  Simulation(const Settings& settings, MPI_Comm comm, FluidSide* partner,
+             std::span<const SphereState> spheres);
+
+  /// One time step; `last`: none follows. Collective.
+  void make_step(bool last);
+
+  Channel<Real>& channel() { return channel_; }
+  const Channel<Real>& channel() const { return channel_; }
+  Timing& timing() { return timing_; }
+  /// What LIGGGHTS did in the last step.
+  const std::vector<GrainInterval>& grain_intervals() const { return grain_intervals_; }
+
+  /// Fixed and mobile spheres as they are now.
+  const std::vector<SphereState>& spheres() const { return spheres_; }
+  std::int64_t mobile_count() const;
+  /// Force and torque on the mobile spheres, mean over the last step.
+  std::vector<SphereLoad> mean_loads() const;
+  /// Of the last step: the larger of what the fluid's streamwise momentum and what the exchange
+  /// with LIGGGHTS fails to balance by, each over its own size.
+  double momentum_residual() const;
+  /// Finished collisions so far; -1: nobody counts.
+  std::int64_t collisions() const { return motion_.collisions; }
+
+ private:
+  void begin_step();
+  void move_spheres();
+  void take_note(int stage);
+
+  Channel<Real> channel_;
+  FluidSide* partner_;
+  Timing timing_;
+  /// In the order of a stage, so that the table reads like the time step.
+  struct Phases {
+    Phases(Timing& timing, bool coupled);
+    std::size_t flow = 0, predictor = 0, markers = 0, exchange = 0, pressure = 0, waiting = 0,
+                closing = 0;
+  } phases_;
+  std::vector<GrainInterval> grain_intervals_;
+  std::vector<SphereState> spheres_;
+  std::vector<SphereLoad> loads_;                  ///< of the present stage
+  Motion motion_;                                  ///< what LIGGGHTS answered
+  std::map<std::int64_t, SphereLoad> mean_loads_;  ///< by tag, of the last step so far
+  double exchange_residual_ = 0.0;
+};
+
+}  // namespace bedload
