@@ -35,8 +35,9 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     hsetup->add_history_value("actm_birth_overlap", "0");
     hsetup->add_history_value("actm_speed", "0");
     hsetup->add_history_value("actm_force", "0");
-    const int step = hsetup->add_history_value("actm_step", "0");
-    cmb->add_history_offset("actm_step", step);
+    hsetup->add_history_value("actm_step", "0");
+    hsetup->add_history_value("actm_settling", "0");
+    hsetup->add_history_value("actm_lost", "0");
   }
 
   void registerSettings(Settings& settings) override {
@@ -83,7 +84,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     double force = 0;
     if (advancing) {
       force = advance(s, h, now);
-    } else if (h.stiffness > 0 && h.step == now) {
+    } else if (h.step == now && now > 0) {
       force = h.force;
     }
 
@@ -106,7 +107,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
 
  private:
   struct History {
-    double stiffness, damping, birth_overlap, speed, force, step;
+    double stiffness, damping, birth_overlap, speed, force, step, settling, lost;
   };
 
   /// One step of a contact: birth if there is none, force, memory of both.
@@ -123,10 +124,21 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     }
     const double mass = effective_mass(s);
     if (mass == 0) return 0;  // neither can move
-    if (!alive || approach > softening * h.speed) calibrate(s, mass, approach, h);
-    const bedload::contact::ActmCoefficients c{h.stiffness, h.damping};
-    h.force = bedload::contact::actm_step_force(c, s.deltan - h.birth_overlap, approach, mass,
-                                                update->dt, !alive);
+    if (!alive || approach > softening * h.speed) {
+      calibrate(s, mass, approach, h);
+      h.settling = now;
+      h.lost = 0;
+    } else if (h.settling >= 0) {
+      settle(s, mass, now, h);
+    }
+    const bedload::contact::ActmStep done = bedload::contact::actm_step(
+        {h.stiffness, h.damping}, s.deltan - h.birth_overlap, approach, mass, update->dt, !alive);
+    if (h.settling >= 0) {
+      const double middle = approach - 0.5 * done.force * update->dt / mass;
+      h.lost += h.damping * middle * middle * update->dt;
+    }
+    if (done.last) h.stiffness = 0;
+    h.force = done.force;
     h.step = now;
     return h.force;
   }
@@ -138,13 +150,12 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
       fluid_density_ = bedload::find_fluid_density(lmp);
       gravity_known_ = true;
     }
-    const auto& calibration = calibrations_[(s.itype - 1) * restitution_.types() + s.jtype - 1];
     const double collision_time = collision_steps_ * fluid_step_.get();
     if (!(collision_time > 0)) {
       error->one(FLERR, "normal model actm: the coupling has not set a fluid time step above 0");
     }
     const Partner heavier = heavier_partner(s);
-    const double g = gravity_ * std::max(0.0, 1 - fluid_density_ / heavier.density);
+    const double g = submerged_gravity(heavier);
 
     // Enduring contact: impact speed below St_crit, or so low that weight turns the sphere round
     // within one collision time.
@@ -155,24 +166,65 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
                                                             2 * heavier.density * heavier.radius));
     }
     h.speed = std::max(u, critical);
-    auto c = bedload::contact::actm_coefficients(mass, h.speed, collision_time, calibration);
-    if (u < critical && g > 0) {
-      const double bearing = bedload::contact::stiffness_bearing(
-          heavier.mass * g, resting_overlap_ * smaller_radius(s));
-      if (bearing > c.stiffness) {
-        c = bedload::contact::actm_coefficients_of_stiffness(mass, h.speed, bearing, calibration);
-      }
+    set(h, bedload::contact::actm_coefficients(mass, h.speed, collision_time, calibration(s)));
+    if (u < critical) stiffen(s, mass, bearing_stiffness(s), h);
+  }
+
+  /// A contact that is still there after twice the collision time is no collision: other forces
+  /// hold it. It becomes stiff enough to bear the weight, by no more than an e-fold per collision
+  /// time, and pays the elastic energy for that from what its damping has taken, so that no energy
+  /// is made.
+  void settle(const SurfacesIntersectData& s, double mass, double now, History& h) {
+    const double collision_time = collision_steps_ * fluid_step_.get();
+    if ((now - h.settling) * update->dt < 2 * collision_time) return;
+    const double target = bearing_stiffness(s);
+    const double overlap = s.deltan - h.birth_overlap;
+    const double per_stiffness = bedload::contact::elastic_energy(1.0, overlap);
+    const double rise =
+        std::min(std::min(target, h.stiffness * (1 + update->dt / collision_time)) - h.stiffness,
+                 h.lost / per_stiffness);
+    if (rise > 0) {
+      h.lost -= rise * per_stiffness;
+      stiffen(s, mass, h.stiffness + rise, h);
     }
+    if (h.stiffness >= target) h.settling = -1;
+  }
+
+  /// Raises k to the given value, if it is below, with the d that keeps e.
+  void stiffen(const SurfacesIntersectData& s, double mass, double stiffness, History& h) {
+    if (stiffness <= h.stiffness) return;
+    set(h,
+        bedload::contact::actm_coefficients_of_stiffness(mass, h.speed, stiffness, calibration(s)));
+  }
+
+  static void set(History& h, const bedload::contact::ActmCoefficients& c) {
     h.stiffness = c.stiffness;
     h.damping = c.damping;
+  }
+
+  /// k that lets the submerged weight of the heavier partner press in by restingOverlap times the
+  /// smaller radius, or by as much as the step resolves: the frequency sqrt(1.5 g/δ) of a sphere
+  /// that rests at δ is kept below 0.3/Δt. 0 without gravity.
+  double bearing_stiffness(const SurfacesIntersectData& s) const {
+    const Partner heavier = heavier_partner(s);
+    const double g = submerged_gravity(heavier);
+    if (g == 0) return 0;
+    const double resolved = 1.5 * g * update->dt * update->dt / (0.3 * 0.3);
+    const double smaller = s.is_wall ? s.radi : std::min(s.radi, s.radj);
+    return bedload::contact::stiffness_bearing(heavier.mass * g,
+                                               std::max(resting_overlap_ * smaller, resolved));
+  }
+
+  const bedload::contact::ActmCalibration& calibration(const SurfacesIntersectData& s) const {
+    return calibrations_[(s.itype - 1) * restitution_.types() + s.jtype - 1];
   }
 
   struct Partner {
     double mass, radius, density;
   };
 
-  double smaller_radius(const SurfacesIntersectData& s) const {
-    return s.is_wall ? s.radi : std::min(s.radi, s.radj);
+  double submerged_gravity(const Partner& p) const {
+    return gravity_ * std::abs(1 - fluid_density_ / p.density);
   }
 
   Partner heavier_partner(const SurfacesIntersectData& s) const {

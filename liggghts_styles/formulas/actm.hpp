@@ -50,6 +50,17 @@ inline double speed_at_stokes(double stokes, double viscosity, double density_ti
   return 9 * stokes * viscosity / density_times_diameter;
 }
 
+/// Energy that the spring holds, (2/5) k δ^{5/2} [J].
+inline double elastic_energy(double stiffness, double overlap) {
+  return 0.4 * stiffness * overlap * overlap * std::sqrt(overlap);
+}
+
+/// Force of a step [N], and whether the contact ends with it.
+struct ActmStep {
+  double force;
+  bool last;
+};
+
 /// Force of one step of the leapfrog  w⁺ = w⁻ - F Δt/m,  δ⁺ = δ - w⁺ Δt ... taken at overlap δ.
 ///
 ///     F = k δ^{3/2} + W d (w⁻ + w⁺)/2   =>   F = (k δ^{3/2} + W d w⁻) / (1 + W d Δt / (2 m))
@@ -63,24 +74,22 @@ inline double speed_at_stokes(double stokes, double viscosity, double density_ti
 ///     otherwise                               W = 1.
 /// @param overlap δ > 0 [m]  @param approach w⁻ [m/s]  @param mass m [kg]  @param dt Δt [s]
 /// @param first_step whether the contact was not there a step ago
-inline double actm_step_force(const ActmCoefficients& c, double overlap, double approach,
-                              double mass, double dt, bool first_step) {
+/// @return the force, and whether this step was the last one: the contact is over then, even if
+/// rounding of W leaves a trace of overlap at the next step
+inline ActmStep actm_step(const ActmCoefficients& c, double overlap, double approach, double mass,
+                          double dt, bool first_step) {
   const double spring = c.stiffness * overlap * std::sqrt(overlap);
   const auto force = [&](double part) {
     return (spring + part * c.damping * approach) / (1 + 0.5 * part * c.damping * dt / mass);
   };
   if (first_step) {
     const double travel = approach * dt;
-    return force(0.5 + (overlap < travel ? overlap / travel : 1.0));
+    return {force(0.5 + (overlap < travel ? overlap / travel : 1.0)), false};
   }
   const double whole = force(1.0);
   const double departure = -(approach - whole * dt / mass) * dt;  // way apart in the coming step
-  return overlap < departure ? force(0.5 + overlap / departure) : whole;
-}
-
-/// Force at a known velocity (not a half-step one): k δ^{3/2} + d w.
-inline double actm_force(const ActmCoefficients& c, double overlap, double approach) {
-  return c.stiffness * overlap * std::sqrt(overlap) + c.damping * approach;
+  if (overlap < departure) return {force(0.5 + overlap / departure), true};
+  return {whole, false};
 }
 
 }  // namespace bedload::contact

@@ -1,0 +1,155 @@
+"""fix lubrication against analytical gap histories, and where the film is too stiff for the step."""
+
+import numpy as np
+import pytest
+
+from liggghts_script import Scene, Sphere, dump_now, read_dump
+
+D = 0.01
+MU = 5.0
+GAP = 2e-4
+RANGE = 1e-3
+CONTACT = "model actm tangential haff_werner"
+PUSH = 1e-3  # [N]
+
+
+def gap_history(time, effective_radius, push, gap):
+    """ζ(t) = ζ0 exp(-F t / (6πμR²)): film alone against a constant force (no inertia)."""
+    return gap * np.exp(-push * time / (6 * np.pi * MU * effective_radius**2))
+
+
+def pushed_pair(substeps, d1=D, d2=D, mu=MU, gap=GAP, settings=f"range {RANGE}", push=PUSH):
+    """Two spheres `gap` apart that a constant force pushes together; also a third on a wall."""
+    reach = (d1 + d2) / 2
+    spheres = [
+        Sphere((0.0, 0.03, 0.0), diameter=d1),
+        Sphere((reach + gap, 0.03, 0.0), diameter=d2),
+        Sphere((0.0, d1 / 2 + gap, 0.03), diameter=d1),
+    ]
+    return Scene(
+        spheres,
+        box=((-0.05, 0.05), (-0.01, 0.06), (-0.05, 0.08)),
+        substeps=substeps,
+        skin=3e-3,
+        contact=CONTACT,
+        lines=[
+            f"fix film all lubrication viscosity {mu} {settings}",
+            f"fix floor all wall/gran {CONTACT} primitive type 1 yplane 0.0",
+            "group left id 1",
+            "group right id 2",
+            "group down id 3",
+            f"fix push1 left addforce {push} 0 0",
+            f"fix push2 right addforce {-push} 0 0",
+            f"fix push3 down addforce 0 {-push} 0",
+        ],
+    )
+
+
+def gaps(scene, state):
+    """Gap of the pair and of the sphere on the wall."""
+    a, b, c = scene.spheres
+    return (
+        state.x[1, 0] - state.x[0, 0] - (a.diameter + b.diameter) / 2,
+        state.x[2, 1] - c.diameter / 2,
+    )
+
+
+@pytest.mark.parametrize("d2", [D, D / 4])
+def test_gap_closes_as_it_should(tmp_path, d2):
+    """A film that rules (inertia delays it by m F ζ0/(6πμR²)² < 5e-4 of the gap): exponential approach, R_eff² of the
+    pair, R² at the wall (a sphere of infinite radius). R_eff without the square, or twice the
+    force, would be off by more than 30 %."""
+    scene = pushed_pair(15, d2=d2)
+    r = [D * d2 / (D + d2) / 2, D / 2]
+    times = [6 * np.pi * MU * min(r) ** 2 / PUSH * k for k in (0.5, 1.0, 2.0)]
+    lines, done = [], 0
+    for n, t in enumerate(times):
+        steps = round(t / scene.dt)
+        lines += [f"run {steps - done}", *dump_now(f"at{n}.dump")]
+        done = steps
+    scene.run(tmp_path, lines)
+    for n, t in enumerate(times):
+        state = read_dump(tmp_path / f"at{n}.dump")
+        expected = [gap_history(round(t / scene.dt) * scene.dt, q, PUSH, GAP) for q in r]
+        assert gaps(scene, state) == pytest.approx(expected, rel=5e-3)
+        # Equal and opposite on the pair.
+        momentum = [s.mass * v for s, v in zip(scene.spheres[:2], state.v[:2, 0])]
+        assert sum(momentum) == pytest.approx(0, abs=1e-12 * abs(momentum[0]))
+
+
+def test_force_is_the_formula_where_resolved(tmp_path):
+    """One step from a known speed: the change of momentum is -6πμR²/ζ g Δt to first order in
+    c Δt/m = 0.004, exactly to second order."""
+    v, mu = 0.01, 1e-3
+    scene = pushed_pair(15, mu=mu, push=0.0)
+    scene.spheres[0].velocity = (v, 0, 0)
+    scene.lines = scene.lines[:2]
+    end = scene.run(tmp_path, 1)
+    c = 6 * np.pi * mu * (D / 4) ** 2 / (GAP - v * scene.dt)
+    x = c * scene.dt * 2 / scene.spheres[0].mass
+    lost = 1 - (end.v[0, 0] - end.v[1, 0]) / v
+    # The first step's film acts over its second half only; the other half comes with the next.
+    assert lost == pytest.approx(0.5 * x, rel=2e-2)
+    assert x < 0.01
+
+
+@pytest.mark.parametrize("substeps", [1, 15])
+@pytest.mark.parametrize("mu", [1.0, 1e3, 1e6])
+def test_stiff_film_is_stable_and_monotone(tmp_path, mu, substeps):
+    """c Δt/m up to 1e10: the approach only ever slows down, it never turns into a rebound, and the
+    push still moves the film at F/c (the terminal speed of the smallest gap)."""
+    scene = pushed_pair(substeps, mu=mu, settings=f"range {RANGE} gapMin 1e-4")
+    scene.spheres[0].velocity = (0.1, 0.0, 0.0)
+    scene.spheres[2].velocity = (0.0, -0.1, 0.0)
+    lines = []
+    for n in range(8):
+        lines += ["run 2", *dump_now(f"at{n}.dump")]
+    scene.run(tmp_path, lines)
+    states = [read_dump(tmp_path / f"at{n}.dump") for n in range(8)]
+    closing = np.array([[s.v[0, 0] - s.v[1, 0], -s.v[2, 1]] for s in states])
+    assert np.all(closing >= 0)
+    gap = np.array([gaps(scene, s) for s in states])
+    assert np.all(np.diff(gap, axis=0) <= 0)
+    if mu >= 1e3:
+        terminal = PUSH * gap[-1] / (6 * np.pi * mu * np.array([D / 4, D / 2]) ** 2)
+        assert closing[-1] == pytest.approx(terminal, rel=0.02)
+
+
+def test_pocket_with_films_loses_energy(tmp_path):
+    """A sphere near three and more others with a film far too stiff for the step: kinetic energy
+    falls from dump to dump."""
+    rng = np.random.default_rng(5)
+    spheres = []
+    for n in range(60):
+        i, j, k = np.unravel_index(n, (4, 4, 4))
+        place = (D + 1.5e-4) * np.array([i, j, k], float)
+        velocity = tuple(0.01 * rng.normal(size=3))
+        spheres.append(Sphere(tuple(place), velocity, diameter=D))
+    scene = Scene(
+        spheres,
+        box=((-0.02, 0.08),) * 3,
+        contact=CONTACT,
+        skin=3e-3,
+        lines=[f"fix film all lubrication viscosity 1e4 range {RANGE}"],
+    )
+    lines = []
+    for n in range(10):
+        lines += ["run 1", *dump_now(f"at{n}.dump")]
+    scene.run(tmp_path, lines)
+    energy = [np.sum(read_dump(tmp_path / f"at{n}.dump").v ** 2) for n in range(10)]
+    assert np.all(np.diff(energy) <= 0)
+    assert energy[-1] < 0.9 * energy[0]
+
+
+def test_no_film_in_contact_nor_out_of_range(tmp_path):
+    """Touching spheres feel none (the pair rebounds with e_dry), nor do spheres beyond the range."""
+    near = Sphere((0.0, 0.0, 0.0), (0.1, 0, 0), diameter=D)
+    touching = Sphere((D - 1e-9, 0.0, 0.0), diameter=D)
+    far = Sphere((0.0, 0.03, 0.0), (0.01, 0, 0), diameter=D)
+    beyond = Sphere((D + 1.2e-3, 0.03, 0.0), diameter=D)
+    film = "fix film all lubrication viscosity 1e-3 range 1e-3"
+    scene = Scene([near, touching, far, beyond], contact=CONTACT, lines=[film], restitution=0.9)
+    early = scene.run(tmp_path / "early", 100)
+    assert early.v[2, 0] == 0.01 and early.v[3, 0] == 0
+    dry = Scene([near, touching], contact=CONTACT, restitution=0.9).run(tmp_path / "dry", 100)
+    assert early.v[:2] == pytest.approx(dry.v, rel=1e-14)

@@ -1,0 +1,135 @@
+"""Enduring contact: grains come to rest, stay at rest, and sink in no deeper than weight asks for."""
+
+import numpy as np
+import pytest
+
+from liggghts_script import Scene, Sphere, dump_now, kinetic_energy, read_dump, run_script
+
+D = 0.01
+G = 9.81
+RESTING_OVERLAP = 1e-3  # of the radius, the default of the keyword restingOverlap
+FALL = 0.05  # impact speed [m/s]
+
+
+def ring(count, height):
+    """Centres of `count` touching spheres in a ring around the y axis."""
+    radius = D / 2 / np.sin(np.pi / count)
+    angles = 2 * np.pi * np.arange(count) / count
+    return radius, [(radius * np.cos(a), height, radius * np.sin(a)) for a in angles]
+
+
+def pocket(count, restitution, contact, drift=(0.0, 0.0)):
+    """One sphere dropped into the pocket of `count` fixed ones, with a little sideways speed."""
+    radius, centres = ring(count, 0.0)
+    top = np.sqrt(D**2 - radius**2)
+    fixed = [Sphere(c, diameter=D) for c in centres]
+    mobile = Sphere((0.0, top + 1e-5, 0.0), velocity=(drift[0], -FALL, drift[1]), diameter=D)
+    return Scene(
+        [*fixed, mobile],
+        box=((-0.05, 0.05), (-0.05, 0.05), (-0.05, 0.05)),
+        restitution=restitution,
+        contact=contact,
+        lines=[
+            f"group bed id 1:{count}",
+            "group mobile subtract all bed",
+            "fix hold bed freeze",
+            f"fix weight all gravity {G} vector 0 -1 0",
+        ],
+        integrate="fix integrate mobile nve/sphere",
+    )
+
+
+@pytest.mark.parametrize("restitution", [0.3, 0.97])
+@pytest.mark.parametrize("count", [3, 4])
+@pytest.mark.parametrize("tangential", ["off", "haff_werner"])
+def test_rest_in_a_pocket(tmp_path, count, restitution, tangential):
+    """At rest after 2e5 steps (kinetic energy < 1e-10 of the impact's), and after 1e6 steps exactly
+    there still. Overlap: each contact bears W / (count cos θ), and the stiffness lets the whole weight
+    press in by restingOverlap; no contact bears more than W here."""
+    scene = pocket(count, restitution, f"model actm tangential {tangential}", (0.011, 0.003))
+    lines = ["run 200000", *dump_now("early.dump"), "run 800000"]
+    end = scene.run(tmp_path, lines)
+    early = read_dump(tmp_path / "early.dump")
+    impact = 0.5 * scene.spheres[-1].mass * FALL**2
+    mobile = scene.spheres[-1:]
+    for state in (early, end):
+        last = type(state)(*(a[-1:] for a in vars(state).values()))
+        assert kinetic_energy(mobile, last) < 1e-10 * impact
+    assert end.x[-1] == pytest.approx(early.x[-1], abs=1e-9 * D)
+    overlaps = D - np.linalg.norm(end.x[:-1] - end.x[-1], axis=1)
+    assert np.all(overlaps > 0)
+    assert np.max(overlaps) < RESTING_OVERLAP * D / 2
+
+
+def test_resting_overlap_is_what_weight_asks_for(tmp_path):
+    """On a flat wall one contact bears the whole weight: k δ^{3/2} = W with the k that lets W press in
+    by restingOverlap, so δ is that very number. Twice the stiffness would give 0.63 of it."""
+    scene = Scene(
+        [Sphere((0.0, D / 2 + 1e-6, 0.0), velocity=(0, -1e-4, 0), diameter=D)],
+        contact="model actm",
+        restitution=0.5,
+        lines=[
+            f"fix weight all gravity {G} vector 0 -1 0",
+            "fix floor all wall/gran model actm primitive type 1 yplane 0.0",
+        ],
+    )
+    end = scene.run(tmp_path, 100000)
+    assert D / 2 - end.x[0, 1] == pytest.approx(RESTING_OVERLAP * D / 2, rel=0.05)
+
+
+def heap(restitution, tangential="history", layers=8, width=8):
+    """Grains (500, or as many as the layers hold) in a loose lattice above a floor, between walls.
+
+    The collision time is short against the time in which a grain falls by its own size,
+    g T_c²/D = 0.004, as in the channel scenes."""
+    rng = np.random.default_rng(7)
+    spheres = []
+    for j in range(layers):
+        for i in range(width):
+            for k in range(width):
+                if len(spheres) == 500:
+                    break
+                place = 1.04 * D * np.array([i + 0.6, j + 0.6, k + 0.6])
+                spheres.append(
+                    Sphere(place + rng.uniform(-0.015, 0.015, 3) * D, (0, -FALL, 0), diameter=D)
+                )
+    side = width * 1.04 * D + 0.2 * D
+    contact = f"model actm tangential {tangential}"
+    walls = [
+        f"fix wall{n} all wall/gran {contact} primitive type 1 {axis}plane {place!r}"
+        for n, (axis, place) in enumerate(
+            [("x", 0.0), ("x", side), ("y", 0.0), ("z", 0.0), ("z", side)]
+        )
+    ]
+    return Scene(
+        spheres,
+        box=((-0.01, side + 0.01), (-0.01, 0.15), (-0.01, side + 0.01)),
+        restitution=restitution,
+        friction=0.3,
+        contact=contact,
+        fluid_step=2e-4,
+        lines=[*walls, f"fix weight all gravity {G} vector 0 -1 0"],
+    )
+
+
+def overlaps(x):
+    """Overlaps of all touching pairs [m]."""
+    apart = np.linalg.norm(x[:, None] - x[None], axis=2)[np.triu_indices(len(x), 1)]
+    return D - apart[apart < D]
+
+
+def test_rest_in_a_heap(tmp_path):
+    """A settled heap stays where it is (translation; nothing brakes a spin about the line of contact),
+    and no grain sinks into another by more than on one contact the weight of all 48 grains would
+    press. With LIGGGHTS' history friction, because Haff and Werner's has no static part."""
+    scene = heap(0.5, layers=3, width=4)
+    assert len(scene.spheres) == 48
+    end = scene.run(tmp_path, ["run 150000", *dump_now("early.dump"), "run 20000"])
+    early = read_dump(tmp_path / "early.dump")
+    # All but a few that may still roll: nothing brakes rolling either.
+    assert np.quantile(np.max(np.abs(end.v), axis=1), 0.9) < 1e-4 * FALL
+    assert np.quantile(np.max(np.abs(end.x - early.x), axis=1), 0.9) < 1e-4 * D
+    depth = overlaps(end.x)
+    assert len(depth) > 60
+    assert 0.3 * RESTING_OVERLAP * D / 2 < np.mean(depth)
+    assert np.max(depth) < RESTING_OVERLAP * D / 2 * 48 ** (2 / 3)
