@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <string_view>
 
 namespace bedload {
 namespace {
@@ -21,6 +23,14 @@ double share_done(const ProgressState& begin, const ProgressState& state) {
   const auto steps = static_cast<double>(*state.last_step - begin.step);
   const double by_step = steps > 0 ? static_cast<double>(state.step - begin.step) / steps : 1.0;
   return std::clamp(std::max(by_time, by_step), 0.0, 1.0);
+}
+
+/// Whether a line may be drawn over. mpirun gives every rank a terminal of its own, whatever its
+/// output goes to, so that isatty alone tells nothing: without TERM, or with TERM=dumb, it is a
+/// log.
+bool rewrites_lines(std::FILE* stream) {
+  const char* const term = std::getenv("TERM");
+  return ::isatty(::fileno(stream)) != 0 && term != nullptr && std::string_view(term) != "dumb";
 }
 
 }  // namespace
@@ -50,7 +60,7 @@ std::string progress_line(const ProgressState& s, double done, double seconds_le
 
 Progress::Progress(const ProgressState& begin, std::FILE* stream)
     : stream_(stream),
-      terminal_(::isatty(::fileno(stream)) != 0),
+      terminal_(rewrites_lines(stream)),
       started_(MPI_Wtime()),
       last_shown_(started_),
       begin_(begin) {}

@@ -4,6 +4,7 @@ import os
 import signal
 import socket
 import subprocess
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +34,9 @@ def environment() -> dict[str, str]:
         # mpirun asks the name server for this machine's own name; one that does not answer would
         # hold up every start by 5 s.
         added["RES_OPTIONS"] = "timeout:1 attempts:1"
+    if not sys.stdout.isatty():
+        # mpirun gives every rank a terminal; this says that what they print ends up in a log.
+        return added | dict(os.environ) | {"TERM": "dumb"}
     return added | dict(os.environ)
 
 

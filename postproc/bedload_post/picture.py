@@ -5,6 +5,7 @@ it at the box's end; the bed in grey, mobile spheres coloured by their speed. VT
 renders without a screen only under a virtual X server (`xvfb-run -a`).
 """
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -192,7 +193,7 @@ def bring_into_view(
     for d, (faces, place) in enumerate(zip((snapshot.x, snapshot.y, snapshot.z), (0.4, 0, 0))):
         if d != 1 and np.isfinite(periods[d]):
             h = faces[1] - faces[0]
-            cells = round((place * periods[d] - grain[d]) / h)
+            cells = math.ceil((place * periods[d] - grain[d]) / h - 1e-9)
             u = np.roll(u, cells, axis=2 - d)
             shift[d] = cells * h
     return replace(snapshot, u=u), shift
