@@ -38,7 +38,7 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
     for (int j = 0; j < slabs_.planes(); ++j)
       for (int k = 0; k < grid_.cells[2]; ++k) {
         Real* u = velocity_.row(j, k, 0);
-        for (int i = 0; i < grid_.cells[0]; ++i) u[i] += shift;
+        for (int i = -1; i <= grid_.cells[0]; ++i) u[i] += shift;
       }
     fill_ghosts();
   }
@@ -285,7 +285,6 @@ void Channel<Real>::update_pressure(int j, PressureUse use) {
 
 template <class Real>
 void Channel<Real>::fill_ghosts() {
-  for (int j = 0; j < slabs_.planes(); ++j) wrap_x_ghosts(velocity_, j);
   slabs_.exchange(velocity_);
   fill_wall_ghosts(velocity_, grid_, slabs_);
 }
@@ -399,10 +398,12 @@ void Channel<Real>::restored(double time, std::int64_t step, double driving_forc
   time_ = time;
   step_ = step;
   driving_ = driving_force / settings_.fluid.density;
-  if (project_it)
+  if (project_it) {
     project_start_field();
-  else
+  } else {
+    for (int j = 0; j < slabs_.planes(); ++j) wrap_x_ghosts(velocity_, j);
     fill_ghosts();
+  }
   for (int j = 0; j < slabs_.planes(); ++j) wrap_x_ghosts(pressure_, j);
   slabs_.exchange(pressure_);
   measure_start();

@@ -64,6 +64,8 @@ class Predictor {
            .above_back = velocity_.row(j + 1, k - 1),
            .v_below_front = wraps ? saved_.data() + 1 : velocity_.row(j - 1, k + 1, 1),
            .tendency = tendency_.row(j, k),
+           .ahead = velocity_.row(j + 1, k + 1),
+           .tendency_ahead = tendency_.row(j, k + 1),
            .p = pressure_.row(j, k),
            .p_above = pressure_.row(j + 1, k),
            .p_front = pressure_.row(j, k + 1)});

@@ -23,6 +23,27 @@ struct Mode {
 /// A number in [0, 1) from the bits themselves: the same with every standard library.
 double uniform(std::mt19937_64& bits) { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
 
+/// cos(kx x) and sin(kx x) along a row, so that cos(kx x + a) takes no further cosine.
+struct WaveTable {
+  std::vector<double> cosine, sine;
+
+  WaveTable(double kx, double first, double h, int count) {
+    for (int i = 0; i < count; ++i) {
+      cosine.push_back(std::cos(kx * (first + i * h)));
+      sine.push_back(std::sin(kx * (first + i * h)));
+    }
+  }
+  /// sum += size cos(kx x + angle)
+  void add_cosine(double size, double angle, std::vector<double>& sum) const {
+    const double c = size * std::cos(angle), s = size * std::sin(angle);
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += c * cosine[i] - s * sine[i];
+  }
+  /// sum += size sin(kx x + angle)
+  void add_sine(double size, double angle, std::vector<double>& sum) const {
+    add_cosine(size, angle - 0.5 * pi, sum);
+  }
+};
+
 std::vector<Mode> disturbance_modes(const Settings& settings, const Grid& grid) {
   constexpr int random_modes = 32;
   const double amplitude = settings.start.disturbance * settings.start.velocity;
@@ -118,42 +139,42 @@ template <class Real>
 void write_start_field(Field<Real>& velocity, const Settings& settings, const Grid& grid,
                        const Decomposition& slabs) {
   const StartProfile profile(settings, grid);
-  const std::vector<Mode> modes = disturbance_modes(settings, grid);
-  const double bottom = settings.start.height, depth = grid.length[1] - bottom;
-  const int nx = grid.cells[0], nz = grid.cells[2];
   const bool with_modes =
       settings.start.from == Start::laminar || settings.start.from == Start::logarithmic;
+  const std::vector<Mode> modes =
+      with_modes ? disturbance_modes(settings, grid) : std::vector<Mode>{};
+  const double bottom = settings.start.height, depth = grid.length[1] - bottom;
+  const int nx = grid.cells[0], nz = grid.cells[2];
+  std::vector<WaveTable> at_centres, at_faces;
+  for (const Mode& m : modes) {
+    at_centres.emplace_back(m.kx, grid.centre(0), grid.h, nx);
+    at_faces.emplace_back(m.kx, grid.face(0), grid.h, nx);
+  }
+
   std::vector<double> u(static_cast<std::size_t>(nx)), v(u.size()), w(u.size());
   for (int j = 0; j < slabs.planes(); ++j) {
     const double y = grid.centre(slabs.first() + j), y_face = grid.face(slabs.first() + j);
+    const double at_centre = pi * std::clamp((y - bottom) / depth, 0.0, 1.0);
+    const double at_face = pi * std::clamp((y_face - bottom) / depth, 0.0, 1.0);
     for (int k = 0; k < nz; ++k) {
       std::fill(u.begin(), u.end(), profile(y));
       std::fill(v.begin(), v.end(), 0.0);
       std::fill(w.begin(), w.end(), 0.0);
-      if (with_modes)
-        for (const Mode& m : modes) {
-          const auto eta = [&](double height) {
-            return std::clamp((height - bottom) / depth, 0.0, 1.0);
-          };
-          const double a = pi * eta(y), b = pi * eta(y_face);
-          const double slope =
-              pi / depth *
-              (std::cos(a) * std::sin(m.order * a) + m.order * std::sin(a) * std::cos(m.order * a));
-          const double value = std::sin(b) * std::sin(m.order * b);
-          const double z_part = m.kz * grid.centre(k) + m.phase,
-                       z_face = m.kz * grid.face(k) + m.phase;
-          const double u_size = m.a_z * slope, w_size = -m.a_x * slope;
-          const double v_size = (m.a_z * m.kx - m.a_x * m.kz) * value;
-          for (int i = 0; i < nx; ++i) {
-            const std::size_t n = static_cast<std::size_t>(i);
-            u[n] += u_size * std::cos(m.kx * grid.face(i) + z_part);
-            v[n] += v_size * std::sin(m.kx * grid.centre(i) + z_part);
-            w[n] += w_size * std::cos(m.kx * grid.centre(i) + z_face);
-          }
-        }
+      for (std::size_t n = 0; n < modes.size(); ++n) {
+        const Mode& m = modes[n];
+        const double slope = pi / depth *
+                             (std::cos(at_centre) * std::sin(m.order * at_centre) +
+                              m.order * std::sin(at_centre) * std::cos(m.order * at_centre));
+        const double value = std::sin(at_face) * std::sin(m.order * at_face);
+        const double z_centre = m.kz * grid.centre(k) + m.phase;
+        const double z_face = m.kz * grid.face(k) + m.phase;
+        at_faces[n].add_cosine(m.a_z * slope, z_centre, u);
+        at_centres[n].add_sine((m.a_z * m.kx - m.a_x * m.kz) * value, z_centre, v);
+        at_centres[n].add_cosine(-m.a_x * slope, z_face, w);
+      }
       const auto store = [&](int c, const std::vector<double>& values) {
         std::transform(values.begin(), values.end(), velocity.row(j, k, c),
-                       [](double value) { return static_cast<Real>(value); });
+                       [](double number) { return static_cast<Real>(number); });
       };
       store(0, u);
       store(1, v);
