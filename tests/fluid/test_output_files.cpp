@@ -203,7 +203,7 @@ TEST(OutputExample, IsLeftForPython) {
   for (const std::int64_t step : {1, 2, 3}) {
     const double x = 0.1 * static_cast<double>(step);
     fields.write(flow.view(x, step));
-    const SphereLoad load{.tag = 9, .force = {x, 0, 0}, .torque = {}};
+    const SphereLoad load{.tag = 9, .force = {x, 0, 0}};
     spheres.sample(step, x, spheres_at(x), std::span(&load, 1));
   }
   spheres.flush();

@@ -14,37 +14,39 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Setup II of the paper in units of u_b and H: H/D = 9, D/h = 20, rho_p/rho_f = 1.2, Re_b = 3010.
+/// Setup II of the paper: H/D = 9, D/h = 20, rho_p/rho_f = 1.2, Re_b = 3010; in units in which none
+/// of u_b = 2, H = 3 and rho_f = 5 is one, so that a missing factor shows.
 Settings setup_two() {
   Settings s;
   s.grid.cells = {1040, 180, 540};
-  s.grid.length = {52.0 / 9.0, 1.0, 27.0 / 9.0};
-  s.fluid.kinematic_viscosity = 1.0 / 3010.0;
-  s.fluid.gravity = {0.0, -9.9, 0.0};  // Fr = 0.2 * 9.9 = 1.98
-  s.time.step = 0.002;
-  s.reference.velocity = 1.0;
-  s.reference.height = 1.0;
-  s.reference.diameter = 1.0 / 9.0;
-  s.reference.sphere_density = 1.2;
+  s.grid.length = {52.0 / 3.0, 3.0, 27.0 / 3.0};
+  s.fluid.density = 5.0;
+  s.fluid.kinematic_viscosity = 2.0 * 3.0 / 3010.0;
+  s.fluid.gravity = {0.0, -13.2, 0.0};  // Fr = 0.2 * 13.2 * 3 / 2^2 = 1.98
+  s.time.step = 0.003;
+  s.reference.velocity = 2.0;
+  s.reference.height = 3.0;
+  s.reference.diameter = 1.0 / 3.0;
+  s.reference.sphere_density = 6.0;
   return s;
 }
 
 TEST(OutputDerivedNumbers, AreThoseOfSetupTwo) {
-  // Re_tau = 219 as printed: u_tau = 219/3010 = 0.0727575 u_b.
-  const DerivedNumbers n = derive_numbers(setup_two(), 219.0 / 3010.0);
+  // Re_tau = 219 as printed: u_tau = 219/3010 = 0.0727575 u_b = 0.145515.
+  const DerivedNumbers n = derive_numbers(setup_two(), 2.0 * 219.0 / 3010.0);
   EXPECT_NEAR(n.reynolds_bulk, 3010.0, 1e-9);
   EXPECT_NEAR(n.reynolds_friction, 219.0, 1e-9);
   EXPECT_NEAR(n.cells_per_diameter, 20.0, 1e-9);
   EXPECT_NEAR(*n.density_ratio, 1.2, 1e-12);
   EXPECT_NEAR(*n.froude, 1.98, 1e-9);
-  // 0.0727575^2 / (0.2 * 9.9 / 9) = 0.0052937 / 0.22 = 0.024062; printed 0.024.
+  // 0.145515^2 / (0.2 * 13.2 / 3) = 0.0211746 / 0.88 = 0.024062; printed 0.024.
   EXPECT_NEAR(*n.shields, 0.024062, 1e-6);
   // 219/9 = 24.33 and a twentieth of it; the paper prints 25 and 1.25, rounded: 3 %.
   EXPECT_NEAR(n.diameter_wall_units, 219.0 / 9.0, 1e-9);
   EXPECT_NEAR(n.diameter_wall_units, 25.0, 0.03 * 25.0);
   EXPECT_NEAR(n.cell_wall_units, 219.0 / 180.0, 1e-9);
-  EXPECT_NEAR(n.cfl_at_start, 0.002 * 180.0, 1e-12);
-  EXPECT_NEAR(n.diffusion, 0.002 * 180.0 * 180.0 / 3010.0, 1e-12);
+  EXPECT_NEAR(n.cfl_at_start, 2.0 * 0.003 * 60.0, 1e-12);
+  EXPECT_NEAR(n.diffusion, 6.0 / 3010.0 * 0.003 * 60.0 * 60.0, 1e-12);
   EXPECT_EQ(n.u_tau_source, FrictionSource::measured);
 }
 
@@ -52,7 +54,7 @@ TEST(OutputDerivedNumbers, AreThoseOfSetupTwo) {
 /// is u_b H / nu = 2800. Dean's law is a fit to within a few percent.
 TEST(OutputDerivedNumbers, EstimateTheFrictionOfASmoothWall) {
   Settings s = setup_two();
-  s.fluid.kinematic_viscosity = 1.0 / 2800.0;
+  s.fluid.kinematic_viscosity = 2.0 * 3.0 / 2800.0;
   const DerivedNumbers n = derive_numbers(s);
   EXPECT_EQ(n.u_tau_source, FrictionSource::smooth_wall);
   EXPECT_NEAR(n.reynolds_friction, 180.0, 0.03 * 180.0);
@@ -72,7 +74,7 @@ TEST(OutputDerivedNumbers, LeaveOutWhatDoesNotApply) {
   s.reference.sphere_density = 0.0;
   const DerivedNumbers n = derive_numbers(s);
   EXPECT_FALSE(n.froude || n.shields || n.density_ratio);
-  s.reference.sphere_density = 1.2;
+  s.reference.sphere_density = 6.0;
   s.fluid.gravity = {};
   EXPECT_FALSE(derive_numbers(s).froude);
 }
