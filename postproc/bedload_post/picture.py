@@ -18,7 +18,7 @@ from .outputs import Run, Samples, Snapshot
 
 SIZE = (1800, 1000)
 # Colour map and the part of it in use; a grain at rest stays apart from fast fluid.
-FLOW_COLOURS, GRAIN_COLOURS = ("YlGnBu_r", 0.0, 1.0), ("YlOrRd", 0.4, 1.0)
+FLOW_COLOURS, GRAIN_COLOURS = ("YlGnBu_r", 0.0, 1.0), ("YlOrRd", 0.4, 0.85)
 INK = (0.13, 0.15, 0.18)
 
 
