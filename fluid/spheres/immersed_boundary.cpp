@@ -18,10 +18,16 @@ namespace {
 /// but unstable below a density ratio of about 0.8, 0.1 is stable down to 0.5 (README.md).
 constexpr double owed_share = 0.1;
 
-/// Markers whose surfaces are further apart than this, in cells, share no cell of their supports.
-constexpr double shared_reach = 4.0;
+/// Spheres further apart than this, in cells, share no cells of their markers' supports: two
+/// supports of 3 cells, less the markers' retraction. (Cells met only by the corners of both
+/// supports count as not shared; their weights are below 1e-3.)
+constexpr double shared_reach = 2.5;
 
 constexpr std::array<std::size_t, 3> components{0, 1, 2};
+
+double root_mean(double squares, double count) {
+  return count > 0.0 ? std::sqrt(squares / count) : 0.0;
+}
 
 /// Component c of U + omega x r.
 double surface_velocity(const SphereState& sphere, const Vec3& r, int c) {
@@ -29,11 +35,24 @@ double surface_velocity(const SphereState& sphere, const Vec3& r, int c) {
   return sphere.velocity[c] + sphere.angular_velocity[a] * r[b] - sphere.angular_velocity[b] * r[a];
 }
 
-/// change_l = V_l (U_l - (J u)_l) for all markers of a list; returns the largest slip and adds its
-/// square to `squares`.
-template <class Real, class StateOf, class LayoutOf>
-double find_change(MarkerList<Real>& list, const Field<Real>& velocity, int component,
-                   StateOf state_of, LayoutOf layout_of, double& squares) {
+/// Asks for the rows of the lowest plane that a marker some places further on will touch: markers
+/// come in descending order, so these are the ones that are not in cache yet.
+template <class Real>
+inline void prefetch(const MarkerList<Real>& list, std::size_t m, const Real* origin) {
+  constexpr std::size_t ahead = 8;
+  if (m + ahead >= list.stencil.size()) return;
+  const Stencil<Real>& next = list.stencil[m + ahead];
+  const Real* row = origin + next.first;
+  __builtin_prefetch(row, 1);
+  __builtin_prefetch(row + next.rows[0], 1);
+  __builtin_prefetch(row + next.rows[1], 1);
+}
+
+/// Calls use(l, U_l - (J u)_l) for all markers of a list; returns the largest slip and adds the
+/// slips' squares to `squares`.
+template <class Real, class StateOf, class LayoutOf, class Use>
+double for_slips(const MarkerList<Real>& list, const Field<Real>& velocity, int component,
+                 StateOf state_of, LayoutOf layout_of, double& squares, Use use) {
   const Real* origin = velocity.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(velocity.plane_size());
   Real largest{};
@@ -43,10 +62,11 @@ double find_change(MarkerList<Real>& list, const Field<Real>& velocity, int comp
     double square = 0.0;
     for (int n = range.begin; n < range.end; ++n) {
       const auto m = static_cast<std::size_t>(n);
+      prefetch(list, m, origin);
       const Vec3& arm = layout.arms[static_cast<std::size_t>(list.arm[m])];
       const Real target = static_cast<Real>(surface_velocity(sphere, arm, component));
       const Real slip = target - interpolate(list.stencil[m], origin, plane);
-      list.change[m] = list.volume[m] * slip;
+      use(m, slip);
       largest = std::max(largest, std::abs(slip));
       square += static_cast<double>(slip) * static_cast<double>(slip);
     }
@@ -61,6 +81,7 @@ void spread_change(MarkerList<Real>& list, Field<Real>& velocity) {
   Real* origin = velocity.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(velocity.plane_size());
   for (std::size_t m = 0; m < list.stencil.size(); ++m) {
+    prefetch(list, m, origin);
     spread(list.stencil[m], list.change[m], origin, plane);
     list.given[m] += list.change[m];
   }
@@ -132,7 +153,8 @@ void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> all) {
       entry.memory = known->second;
     mobile_.push_back(entry);
   }
-  const bool fixed_stay = std::equal(fixed.begin(), fixed.end(), fixed_.begin(), fixed_.end(), same);
+  const bool fixed_stay =
+      std::equal(fixed.begin(), fixed.end(), fixed_.begin(), fixed_.end(), same);
   fixed_ = std::move(fixed);
   fit_scratch();
   if (!fixed_stay) place_fixed();
@@ -188,9 +210,8 @@ void ImmersedBoundary<Real>::place_fixed() {
     std::vector<const SphereState*> overlapping;
     fixed_bins_->near(sphere.position, [&](int other) {
       const SphereState& candidate = fixed_[static_cast<std::size_t>(other)];
-      if (&candidate != &sphere &&
-          shortest_way(grid_, sphere.position, candidate.position).norm() <
-              sphere.radius + candidate.radius)
+      if (&candidate != &sphere && shortest_way(grid_, sphere.position, candidate.position).norm() <
+                                       sphere.radius + candidate.radius)
         overlapping.push_back(&candidate);
     });
     // A marker inside another fixed sphere touches no moving fluid.
@@ -267,8 +288,8 @@ void ImmersedBoundary<Real>::weigh_mobile() {
     for (const auto& range : list.ranges) {
       const auto sphere = static_cast<std::size_t>(range.sphere);
       if (!near_mobile_[sphere] || near[sphere]) continue;
-      for (auto m = static_cast<std::size_t>(range.begin);
-           m < static_cast<std::size_t>(range.end); ++m)
+      for (auto m = static_cast<std::size_t>(range.begin); m < static_cast<std::size_t>(range.end);
+           ++m)
         list.volume[m] = Real{1} / fixed_row_sums_[c][m];
     }
   }
@@ -304,39 +325,55 @@ void ImmersedBoundary<Real>::start_stage(const Field<Real>& velocity) {
   VolumeShare share;
   for (Mobile& sphere : mobile_)
     for (const std::size_t c : components)
-      sphere.before[c] =
-          interior_sums(velocity, grid_, slabs_, static_cast<int>(c), sphere.state.position,
-                        sphere.state.radius, share);
+      sphere.before[c] = interior_sums(velocity, grid_, slabs_, static_cast<int>(c),
+                                       sphere.state.position, sphere.state.radius, share);
   stage_started_ = true;
 }
 
+/// This rank's share of the slip; calls use(is fixed, component, marker, slip) for each marker.
 template <class Real>
-Slip ImmersedBoundary<Real>::find_changes(const Field<Real>& velocity) {
-  double largest = 0.0;
-  std::array<double, 2> sums{};  // squares, markers
-  const auto fixed_state = [this](int n) -> const SphereState& {
+template <class Use>
+typename ImmersedBoundary<Real>::SlipSums ImmersedBoundary<Real>::local_slip(
+    const Field<Real>& velocity, Use use) const {
+  SlipSums sums;
+  const auto fixed = [this](int n) -> const SphereState& {
     return fixed_[static_cast<std::size_t>(n)];
   };
-  const auto mobile_state = [this](int n) -> const SphereState& {
+  const auto mobile = [this](int n) -> const SphereState& {
     return mobile_[static_cast<std::size_t>(n)].state;
   };
   const auto layout = [this](double radius) -> const MarkerLayout& { return layout_of(radius); };
   for (const std::size_t c : components) {
     const int component = static_cast<int>(c);
-    largest = std::max({largest,
-                        find_change(fixed_lists_[c], velocity, component, fixed_state, layout, sums[0]),
-                        find_change(mobile_lists_[c], velocity, component, mobile_state, layout,
-                                    sums[0])});
-    sums[1] += (fixed_lists_[c].size() + mobile_lists_[c].size()) / 3.0;
+    const auto use_fixed = [&](std::size_t m, Real slip) { use(true, c, m, slip); };
+    const auto use_mobile = [&](std::size_t m, Real slip) { use(false, c, m, slip); };
+    sums.max = std::max(
+        {sums.max,
+         for_slips(fixed_lists_[c], velocity, component, fixed, layout, sums.squares, use_fixed),
+         for_slips(mobile_lists_[c], velocity, component, mobile, layout, sums.squares,
+                   use_mobile)});
+    sums.markers += (fixed_lists_[c].size() + mobile_lists_[c].size()) / 3.0;
   }
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, slabs_.comm());
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, slabs_.comm());
-  return {.max = largest, .rms = sums[1] > 0.0 ? std::sqrt(sums[0] / sums[1]) : 0.0};
+  return sums;
+}
+
+/// change_l = V_l (U_l - (J u)_l) for all markers.
+template <class Real>
+typename ImmersedBoundary<Real>::SlipSums ImmersedBoundary<Real>::find_changes(
+    const Field<Real>& velocity) {
+  return local_slip(velocity, [this](bool is_fixed, std::size_t c, std::size_t m, Real slip) {
+    MarkerList<Real>& list = is_fixed ? fixed_lists_[c] : mobile_lists_[c];
+    list.change[m] = list.volume[m] * slip;
+  });
 }
 
 template <class Real>
-Slip ImmersedBoundary<Real>::slip(const Field<Real>& velocity) {
-  return find_changes(velocity);
+Slip ImmersedBoundary<Real>::slip(const Field<Real>& velocity) const {
+  SlipSums sums = local_slip(velocity, [](bool, std::size_t, std::size_t, Real) {});
+  std::array<double, 2> added{sums.squares, sums.markers};
+  MPI_Allreduce(MPI_IN_PLACE, &sums.max, 1, MPI_DOUBLE, MPI_MAX, slabs_.comm());
+  MPI_Allreduce(MPI_IN_PLACE, added.data(), 2, MPI_DOUBLE, MPI_SUM, slabs_.comm());
+  return {.max = sums.max, .rms = root_mean(added[0], added[1])};
 }
 
 template <class Real>
@@ -347,35 +384,43 @@ ForcingReport ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_
   for (Lists* lists : {&fixed_lists_, &mobile_lists_})
     for (MarkerList<Real>& list : *lists) std::fill(list.given.begin(), list.given.end(), Real{});
 
-  ForcingReport report;
-  report.before = report.after = find_changes(velocity);
-  while (report.loops < most_loops_) {
-    if (report.loops > 0 && report.after.max <= tolerance_) break;
+  int loops = 0;
+  SlipSums before = find_changes(velocity), after = before;
+  while (true) {
     halo_.clear_ghosts(velocity);
     for (Lists* lists : {&fixed_lists_, &mobile_lists_})
       for (MarkerList<Real>& list : *lists) spread_change(list, velocity);
     halo_.collect(velocity);
     halo_.refresh(velocity);
-    ++report.loops;
-    if (report.loops < most_loops_ || measure)
-      report.after = find_changes(velocity);
+    ++loops;
+    if (loops == most_loops_ && !measure) break;
+    after = find_changes(velocity);
+    if (loops == most_loops_ || within_tolerance(after.max)) break;
   }
-  sum_given(report, stage_step);
+  ForcingReport report = sum_given(before, after, stage_step);
+  report.loops = loops;
 
   VolumeShare share;
   for (Mobile& sphere : mobile_)
     for (const std::size_t c : components)
-      sphere.after[c] =
-          interior_sums(velocity, grid_, slabs_, static_cast<int>(c), sphere.state.position,
-                        sphere.state.radius, share);
+      sphere.after[c] = interior_sums(velocity, grid_, slabs_, static_cast<int>(c),
+                                      sphere.state.position, sphere.state.radius, share);
   return report;
 }
 
-/// Sums what the markers gave, per mobile sphere and in all.
 template <class Real>
-void ImmersedBoundary<Real>::sum_given(ForcingReport& report, double stage_step) {
+bool ImmersedBoundary<Real>::within_tolerance(double local_max) const {
+  if (tolerance_ <= 0.0) return false;
+  MPI_Allreduce(MPI_IN_PLACE, &local_max, 1, MPI_DOUBLE, MPI_MAX, slabs_.comm());
+  return local_max <= tolerance_;
+}
+
+/// Sums what the markers gave, per mobile sphere and in all, and the slip over the ranks.
+template <class Real>
+ForcingReport ImmersedBoundary<Real>::sum_given(const SlipSums& before, const SlipSums& after,
+                                                double stage_step) {
   for (Mobile& sphere : mobile_) sphere.given = sphere.given_moment = Vec3::Zero();
-  std::array<double, 6> total{};
+  std::array<double, 9> total{};  // given by all, given by fixed spheres, slip
   for (int c = 0; c < 3; ++c) {
     const auto component = static_cast<std::size_t>(c);
     const int a = (c + 1) % 3, b = (c + 2) % 3;
@@ -401,10 +446,18 @@ void ImmersedBoundary<Real>::sum_given(ForcingReport& report, double stage_step)
       total[component] += sum;
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, total.data(), 6, MPI_DOUBLE, MPI_SUM, slabs_.comm());
+  total[6] = before.squares;
+  total[7] = after.squares;
+  total[8] = before.markers;
+  std::array<double, 2> largest{before.max, after.max};
+  MPI_Allreduce(MPI_IN_PLACE, total.data(), 9, MPI_DOUBLE, MPI_SUM, slabs_.comm());
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, slabs_.comm());
   const double to_force = density_ * grid_.cell_volume() / stage_step;
-  report.force_on_fluid = to_force * Vec3(total[0], total[1], total[2]);
-  report.force_of_fixed = to_force * Vec3(total[3], total[4], total[5]);
+  return {.loops = 0,
+          .before = {.max = largest[0], .rms = root_mean(total[6], total[8])},
+          .after = {.max = largest[1], .rms = root_mean(total[7], total[8])},
+          .force_on_fluid = to_force * Vec3(total[0], total[1], total[2]),
+          .force_of_fixed = to_force * Vec3(total[3], total[4], total[5])};
 }
 
 template <class Real>

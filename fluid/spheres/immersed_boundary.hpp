@@ -30,9 +30,9 @@ struct Slip {
 struct ForcingReport {
   int loops = 0;
   Slip before;  ///< of the predicted velocity, before the first loop
-  Slip after;   ///< after the last loop; measured only when asked for or needed by the tolerance
-  Vec3 force_on_fluid = Vec3::Zero();      ///< of all markers, mean over the stage [M L/T^2]
-  Vec3 force_of_fixed = Vec3::Zero();      ///< the fixed spheres' part of it
+  Slip after;  ///< after the last loop; the last measured: `before` with one loop, unless asked for
+  Vec3 force_on_fluid = Vec3::Zero();  ///< of all markers, mean over the stage [M L/T^2]
+  Vec3 force_of_fixed = Vec3::Zero();  ///< the fixed spheres' part of it
 };
 
 /// Spheres in the flow by direct forcing at Lagrangian markers (Uhlmann 2005) with repeated forcing
@@ -68,7 +68,7 @@ class ImmersedBoundary {
   ForcingReport force(Field<Real>& velocity, double stage_step, bool measure = false);
 
   /// Slip of any velocity field, for instance the projected one; only reads.
-  Slip slip(const Field<Real>& velocity);
+  Slip slip(const Field<Real>& velocity) const;
 
   /// Hydrodynamic force (buoyancy included) and torque on each mobile sphere, mean over the stage
   /// whose force() came last; in the order of set_spheres(), complete on every rank.
@@ -81,6 +81,10 @@ class ImmersedBoundary {
 
  private:
   using Lists = std::array<MarkerList<Real>, 3>;
+  /// A rank's share of a Slip.
+  struct SlipSums {
+    double max = 0.0, squares = 0.0, markers = 0.0;
+  };
   /// Momentum inside a mobile sphere that its motion has not got yet, per fluid density.
   struct Memory {
     InteriorMomentum forced;  ///< inside after the last forcing
@@ -102,8 +106,11 @@ class ImmersedBoundary {
   void fit_scratch();
   void weigh_fixed();
   void weigh_mobile();
-  Slip find_changes(const Field<Real>& velocity);
-  void sum_given(ForcingReport& report, double stage_step);
+  template <class Use>
+  SlipSums local_slip(const Field<Real>& velocity, Use use) const;
+  SlipSums find_changes(const Field<Real>& velocity);
+  bool within_tolerance(double local_max) const;
+  ForcingReport sum_given(const SlipSums& before, const SlipSums& after, double stage_step);
 
   Grid grid_;
   const Decomposition& slabs_;
@@ -119,9 +126,9 @@ class ImmersedBoundary {
   std::array<std::vector<Real>, 3> fixed_row_sums_;  ///< of fixed markers among themselves
   std::optional<SphereBins> fixed_bins_;
   std::vector<char> near_mobile_;  ///< fixed spheres whose markers share supports with mobile ones
-  MarkerHalo halo_;         ///< rows of all spheres
-  MarkerHalo mobile_halo_;  ///< rows of mobile spheres
-  Field<Real> scratch_;     ///< planes up to the highest sphere; zero between calls
+  MarkerHalo halo_;                ///< rows of all spheres
+  MarkerHalo mobile_halo_;         ///< rows of mobile spheres
+  Field<Real> scratch_;            ///< planes up to the highest sphere; zero between calls
   bool stage_started_ = false;
 };
 

@@ -18,11 +18,11 @@ namespace bedload {
 /// lies inside a sphere; x are the two coordinates from its centre that are not along u, in the
 /// order (component + 1) mod 3, (component + 2) mod 3.
 struct InteriorSums {
-  double cells = 0.0;              ///< sum alpha
-  double u = 0.0;                  ///< sum alpha u
-  std::array<double, 2> x{};       ///< sum alpha x
-  std::array<double, 2> xx{};      ///< sum alpha x^2
-  std::array<double, 2> xu{};      ///< sum alpha x u
+  double cells = 0.0;          ///< sum alpha
+  double u = 0.0;              ///< sum alpha u
+  std::array<double, 2> x{};   ///< sum alpha x
+  std::array<double, 2> xx{};  ///< sum alpha x^2
+  std::array<double, 2> xu{};  ///< sum alpha x u
 };
 inline constexpr std::size_t interior_numbers = sizeof(InteriorSums) / sizeof(double);
 
@@ -35,8 +35,8 @@ inline constexpr std::size_t interior_numbers = sizeof(InteriorSums) / sizeof(do
 /// sums to both.
 class VolumeShare {
  public:
-  /// Cells first .. last (not wrapped) of a row at distance `y`, `z` from the sphere's centre; `x`
-  /// is the distance of cell `first` along the row [L].
+  /// `cells` cells of a row at distance `y`, `z` from the sphere's centre; `x` is the distance of
+  /// the first cell's centre along the row [L].
   const std::vector<double>& row(double radius, double h, double x, double y, double z, int cells) {
     const auto faces = static_cast<std::size_t>(cells) + 1;
     inside_.assign(faces, 0.0);
@@ -61,61 +61,91 @@ class VolumeShare {
   std::vector<double> inside_, both_, share_;
 };
 
+/// Sums over one row of cells, from which the moments about any of the axes follow.
+struct RowSums {
+  double cells = 0.0, x = 0.0, xx = 0.0;  ///< sum of alpha, alpha x, alpha x^2
+  double u = 0.0, xu = 0.0;               ///< sum of alpha u, alpha x u
+};
+
+/// Adds a row at the constant distances `y`, `z` from the centre.
+inline void add_row(InteriorSums& sums, const RowSums& row, double y, double z, int component) {
+  sums.cells += row.cells;
+  sums.u += row.u;
+  for (const std::size_t d : {0u, 1u}) {
+    const int place = (component + 1 + static_cast<int>(d)) % 3;
+    if (place == 0) {
+      sums.x[d] += row.x;
+      sums.xx[d] += row.xx;
+      sums.xu[d] += row.xu;
+    } else {
+      const double constant = place == 1 ? y : z;
+      sums.x[d] += constant * row.cells;
+      sums.xx[d] += constant * constant * row.cells;
+      sums.xu[d] += constant * row.u;
+    }
+  }
+}
+
 /// The sums of one component inside a sphere, over this rank's planes.
 template <class Real>
 InteriorSums interior_sums(const Field<Real>& velocity, const Grid& grid,
                            const Decomposition& slabs, int component, const Vec3& centre,
                            double radius, VolumeShare& share) {
   const double h = grid.h;
-  const auto position = [&](int direction, int cell) {
-    return direction == component ? grid.face(cell) : grid.centre(cell);
+  /// Distance of a cell's value from the sphere's centre along a direction.
+  const auto distance = [&](int direction, int cell) {
+    return (direction == component ? grid.face(cell) : grid.centre(cell)) - centre[direction];
   };
-  std::array<int, 3> first{}, last{};
-  for (int d = 0; d < 3; ++d) {
-    const auto e = static_cast<std::size_t>(d);
-    first[e] = static_cast<int>(std::floor((centre[d] - radius) / h)) - 1;
-    last[e] = static_cast<int>(std::floor((centre[d] + radius) / h)) + 1;
-    if (!grid.periodic(d)) {
-      first[e] = std::max(first[e], 0);
-      last[e] = std::min(last[e], grid.cells[e] - 1);
+  /// Cells whose box may be within `reach` of the centre, and which exist.
+  const auto cells_within = [&](int direction, double reach) {
+    const double middle = (centre[direction] - (direction == component ? 1.0 : 0.5) * h) / h;
+    std::array<int, 2> range{static_cast<int>(std::ceil(middle - reach / h - 0.5)),
+                             static_cast<int>(std::floor(middle + reach / h + 0.5))};
+    if (!grid.periodic(direction)) {
+      const int last = grid.cells[static_cast<std::size_t>(direction)] - 1;
+      range = {std::max(range[0], 0), std::min(range[1], last)};
     }
-  }
+    return range;
+  };
   const auto wrapped = [&](int direction, int cell) {
     const int n = grid.cells[static_cast<std::size_t>(direction)];
     return ((cell % n) + n) % n;
   };
+  const auto near_edge = [h](double centre_distance) {
+    return std::max(std::abs(centre_distance) - 0.5 * h, 0.0);
+  };
 
   InteriorSums sums;
-  if (first[0] > last[0]) return sums;
-  const int a = (component + 1) % 3, b = (component + 2) % 3;
-  for (int j = first[1]; j <= last[1]; ++j) {
+  const int nx = grid.cells[0];
+  const auto [first_plane, last_plane] = cells_within(1, radius);
+  for (int j = first_plane; j <= last_plane; ++j) {
     const int plane = wrapped(1, j);
     if (!slabs.holds(plane)) continue;
-    for (int k = first[2]; k <= last[2]; ++k) {
-      Vec3 way{position(0, first[0]), position(1, j), position(2, k)};
-      way -= centre;
-      const double nearest = std::max(std::abs(way.y()) - 0.5 * h, 0.0);
-      const double nearest_z = std::max(std::abs(way.z()) - 0.5 * h, 0.0);
-      if (nearest * nearest + nearest_z * nearest_z >= radius * radius) continue;
-      const int cells = last[0] - first[0] + 1;
+    const double y = distance(1, j), edge_y = near_edge(y);
+    const double disc = radius * radius - edge_y * edge_y;
+    const auto [first_row, last_row] = cells_within(2, std::sqrt(std::max(disc, 0.0)));
+    for (int k = first_row; k <= last_row; ++k) {
+      const double z = distance(2, k), edge_z = near_edge(z);
+      if (edge_z * edge_z >= disc) continue;
+      const auto [first, last] = cells_within(0, std::sqrt(disc - edge_z * edge_z));
+      if (last < first) continue;
       const std::vector<double>& alpha =
-          share.row(radius, h, way.x(), way.y(), way.z(), cells);
+          share.row(radius, h, distance(0, first), y, z, last - first + 1);
       const Real* row = velocity.row(plane - slabs.first(), wrapped(2, k), component);
-      const double x0 = way.x();
-      for (int i = 0; i < cells; ++i) {
-        const double weight = alpha[static_cast<std::size_t>(i)];
-        const double u = static_cast<double>(row[wrapped(0, first[0] + i)]);
-        way.x() = x0 + i * h;
-        const double xa = way[a], xb = way[b];
-        sums.cells += weight;
-        sums.u += weight * u;
-        sums.x[0] += weight * xa;
-        sums.x[1] += weight * xb;
-        sums.xx[0] += weight * xa * xa;
-        sums.xx[1] += weight * xb * xb;
-        sums.xu[0] += weight * xa * u;
-        sums.xu[1] += weight * xb * u;
+      RowSums along;
+      int i = wrapped(0, first);
+      double x = distance(0, first);
+      for (const double weight : alpha) {
+        const double weighted = weight * static_cast<double>(row[i]);
+        along.cells += weight;
+        along.x += weight * x;
+        along.xx += weight * x * x;
+        along.u += weighted;
+        along.xu += weighted * x;
+        x += h;
+        if (++i == nx) i = 0;
       }
+      add_row(sums, along, y, z, component);
     }
   }
   return sums;

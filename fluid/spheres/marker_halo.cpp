@@ -7,8 +7,9 @@
 namespace bedload {
 namespace {
 
-/// How far from a plane, in cells, a marker may be to touch it, whatever its component's staggering:
-/// 1 1/2 on its own grid, at most 1 more because rows and interfaces are counted by cells.
+/// How far from a plane, in cells, a marker may be to touch it, whatever its component's
+/// staggering: 1 1/2 on its own grid, at most 1 more because rows and interfaces are counted by
+/// cells.
 constexpr double reach = 3.0;
 
 /// Half the width of a sphere's cut at `distance` from its centre plane, negative if it is missed.

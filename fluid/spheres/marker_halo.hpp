@@ -16,11 +16,11 @@ class MarkerHalo {
  public:
   MarkerHalo(const Grid& grid, const Decomposition& slabs);
 
-  void forget();                                      ///< no rows
-  void mark(const Vec3& centre, double radius);       ///< adds the rows that a sphere may touch
-  void keep() { kept_ = marked_; }                    ///< remembers the present rows ...
-  void reset() { marked_ = kept_; }                   ///< ... and goes back to them
-  void finish();                                      ///< makes lists of the marked rows
+  void forget();                                 ///< no rows
+  void mark(const Vec3& centre, double radius);  ///< adds the rows that a sphere may touch
+  void keep() { kept_ = marked_; }               ///< remembers the present rows ...
+  void reset() { marked_ = kept_; }              ///< ... and goes back to them
+  void finish();                                 ///< makes lists of the marked rows
 
   /// Empties the ghosts of the marked rows. Markers may then spread.
   template <class Real>

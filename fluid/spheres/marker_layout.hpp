@@ -42,7 +42,7 @@ inline std::vector<Vec3> spiral_points(int count) {
 /// Markers of one sphere size relative to its centre [L]; the same for all spheres of that radius,
 /// and not turned with them (a sphere's surface looks the same from all sides).
 struct MarkerLayout {
-  double radius = 0.0;      ///< of the sphere [L]
+  double radius = 0.0;     ///< of the sphere [L]
   std::vector<Vec3> arms;  ///< from the centre to the markers [L]
 };
 

@@ -48,8 +48,7 @@ template <class Real>
 void clear_ones(const MarkerList<Real>& list, int begin, int end, Field<Real>& scratch) {
   Real* origin = scratch.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(scratch.plane_size());
-  for (int m = begin; m < end; ++m)
-    clear(list.stencil[static_cast<std::size_t>(m)], origin, plane);
+  for (int m = begin; m < end; ++m) clear(list.stencil[static_cast<std::size_t>(m)], origin, plane);
 }
 
 }  // namespace bedload

@@ -14,9 +14,9 @@ namespace bedload {
 
 /// The points of one staggered grid along one direction that a marker may use.
 struct StencilAxis {
-  double origin = 0.0;    ///< position of point 0 [L]
-  double h = 0.0;         ///< spacing [L]
-  int lowest = 0;         ///< first and last point that the fluid can move
+  double origin = 0.0;  ///< position of point 0 [L]
+  double h = 0.0;       ///< spacing [L]
+  int lowest = 0;       ///< first and last point that the fluid can move
   int highest = 0;
   bool periodic = false;  ///< point highest + 1 is point lowest again
 };

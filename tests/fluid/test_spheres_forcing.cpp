@@ -1,9 +1,9 @@
 // One forcing of a given velocity field: momentum, slip, ranks, seams, walls, contact.
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <mpi.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -26,8 +26,12 @@ Settings small_box() {
 }
 
 SphereState sphere(std::int64_t tag, Vec3 position, bool mobile, double radius = 0.4) {
-  return {.tag = tag, .position = position, .velocity = Vec3::Zero(),
-          .angular_velocity = Vec3::Zero(), .radius = radius, .mobile = mobile};
+  return {.tag = tag,
+          .position = position,
+          .velocity = Vec3::Zero(),
+          .angular_velocity = Vec3::Zero(),
+          .radius = radius,
+          .mobile = mobile};
 }
 
 /// A flow on one communicator: the whole box for MPI_COMM_SELF, a slab for MPI_COMM_WORLD.
@@ -163,10 +167,12 @@ TEST(Forcing, ATurningSphereIsBrakedAboutItsOwnAxis) {
     const double dt = 0.01;
     flow.boundary.force(flow.velocity, dt);
     const SphereLoad load = flow.boundary.loads(dt).at(0);
-    // An even slip is met by about two cells' depth of fluid around the surface (the row sums return
-    // half): torque -rho omega (2/3 r^2) 4 pi r^2 (2h) / dt. The half that lies inside is not felt.
+    // An even slip is met by about two cells' depth of fluid around the surface (the row sums
+    // return half): torque -rho omega (2/3 r^2) 4 pi r^2 (2h) / dt. The half that lies inside is
+    // not felt.
     const double r = 0.4 - (0.28 + 0.125) * 0.1;
-    const double shell = 1.7 * 2.0 * (2.0 / 3.0 * r * r) * 4.0 * std::numbers::pi * r * r * 0.2 / dt;
+    const double shell =
+        1.7 * 2.0 * (2.0 / 3.0 * r * r) * 4.0 * std::numbers::pi * r * r * 0.2 / dt;
     EXPECT_LT(load.torque[axis], -0.25 * shell);
     EXPECT_GT(load.torque[axis], -0.6 * shell);
     Vec3 others = load.torque;
@@ -251,16 +257,17 @@ TEST(Forcing, LoopsStopAtTheirNumberOrTheTolerance) {
 
 TEST(Forcing, SpheresInContactStayStable) {
   // Eight spheres about one point, overlapping: supports are shared up to eight times. With one
-  // cell's volume for each marker twenty loops would blow up; with row sums no loop raises the slip.
+  // cell's volume for each marker twenty loops would blow up; with row sums no loop raises the
+  // slip.
   Settings settings = small_box();
   settings.spheres.forcing_loops = 1;
   Flow<double> flow(settings, MPI_COMM_WORLD);
   flow.fill(wavy);
   std::vector<SphereState> all;
   for (int n = 0; n < 8; ++n)
-    all.push_back(sphere(n, Vec3(1.2, 1.0, 0.8) + 0.22 * Vec3(n & 1 ? 1 : -1, n & 2 ? 1 : -1,
-                                                             n & 4 ? 1 : -1),
-                         n != 3));
+    all.push_back(
+        sphere(n, Vec3(1.2, 1.0, 0.8) + 0.22 * Vec3(n & 1 ? 1 : -1, n & 2 ? 1 : -1, n & 4 ? 1 : -1),
+               n != 3));
   flow.boundary.set_spheres(all);
   double last = 1e30;
   for (int loop = 0; loop < 20; ++loop) {
@@ -296,9 +303,9 @@ TEST(Forcing, DoesNotKnowTheRanks) {
       for (int k = 0; k < shared.grid.cells[2]; ++k)
         for (int c = 0; c < 3; ++c)
           for (int i = -1; i <= shared.grid.cells[0]; ++i)
-            worst = std::max(worst,
-                             std::abs(shared.velocity.row(j, k, c)[i] -
-                                      alone.velocity.row(shared.slabs.first() + j, k, c)[i]));
+            worst =
+                std::max(worst, std::abs(shared.velocity.row(j, k, c)[i] -
+                                         alone.velocity.row(shared.slabs.first() + j, k, c)[i]));
     EXPECT_LT(worst, 1e-13) << "sums of order 1 in another order";
     ASSERT_EQ(loads[0].size(), 4u);
     for (std::size_t n = 0; n < 4; ++n) {
@@ -336,9 +343,9 @@ TEST(Forcing, SeamsAreInvisible) {
     for (int k = 0; k < 16; ++k)
       for (int c = 0; c < 3; ++c)
         for (int i = 0; i < 24; ++i)
-          worst = std::max(worst, std::abs(seam.velocity.row(j, k, c)[i] -
-                                           middle.velocity.row(j, (k + shift_z) % 16,
-                                                               c)[(i + shift_x) % 24]));
+          worst = std::max(
+              worst, std::abs(seam.velocity.row(j, k, c)[i] -
+                              middle.velocity.row(j, (k + shift_z) % 16, c)[(i + shift_x) % 24]));
   EXPECT_LT(worst, 1e-12);
   EXPECT_LT((loads[0].force - loads[1].force).norm(), 1e-9 * loads[0].force.norm());
   EXPECT_LT((loads[0].torque - loads[1].torque).norm(), 1e-9 * loads[0].force.norm());

@@ -74,8 +74,8 @@ Grid box(std::array<int, 3> cells, Wall y_lower, Wall y_upper, double h = 0.1) {
   grid.cells = cells;
   grid.h = h;
   for (std::size_t d = 0; d < 3; ++d) grid.length[d] = cells[d] * h;
-  grid.walls = {{{Wall::periodic, Wall::periodic}, {y_lower, y_upper},
-                 {Wall::periodic, Wall::periodic}}};
+  grid.walls = {
+      {{Wall::periodic, Wall::periodic}, {y_lower, y_upper}, {Wall::periodic, Wall::periodic}}};
   return grid;
 }
 
@@ -122,15 +122,15 @@ std::array<InteriorSums, 3> sums_of_linear_field(const Grid& grid, const Vec3& c
     for (int k = 0; k < grid.cells[2]; ++k)
       for (int i = 0; i < grid.cells[0]; ++i)
         for (int c = 0; c < 3; ++c) {
-          const Vec3 x{c == 0 ? grid.face(i) : grid.centre(i), c == 1 ? grid.face(j) : grid.centre(j),
+          const Vec3 x{c == 0 ? grid.face(i) : grid.centre(i),
+                       c == 1 ? grid.face(j) : grid.centre(j),
                        c == 2 ? grid.face(k) : grid.centre(k)};
           field.row(j, k, c)[i] = velocity[c] + gradient.row(c).dot(x - centre);
         }
   VolumeShare share;
   std::array<InteriorSums, 3> sums;
   for (int c = 0; c < 3; ++c)
-    sums[static_cast<std::size_t>(c)] =
-        interior_sums(field, grid, slabs, c, centre, radius, share);
+    sums[static_cast<std::size_t>(c)] = interior_sums(field, grid, slabs, c, centre, radius, share);
   return sums;
 }
 
@@ -142,8 +142,8 @@ TEST(Interior, VolumeShareSumsToTheSphereToSecondOrder) {
     const Grid grid = box({n, n, n}, Wall::no_slip, Wall::free_slip, h);
     for (const double shift : {0.0, 0.21, 0.37, 0.5}) {
       const Vec3 centre(0.7 + shift * h, 0.7 - 0.3 * shift * h, 0.7 + 0.6 * shift * h);
-      const auto sums = sums_of_linear_field(grid, centre, 0.5, Vec3::Zero(),
-                                             Eigen::Matrix3d::Zero());
+      const auto sums =
+          sums_of_linear_field(grid, centre, 0.5, Vec3::Zero(), Eigen::Matrix3d::Zero());
       for (const InteriorSums& s : sums) {
         const double exact = std::numbers::pi / 6.0 / (h * h * h);
         worst[level] = std::max(worst[level], std::abs(s.cells / exact - 1.0));
@@ -167,8 +167,8 @@ TEST(Interior, MomentumOfASpheresOwnMotionIsExact) {
         sums_of_linear_field(grid, centre, radius, velocity, Eigen::Matrix3d::Zero()), radius);
     EXPECT_LT((moving.linear - volume * velocity).norm(), 1e-13);
     EXPECT_LT(moving.angular.norm(), 1e-13) << "translation has no angular momentum";
-    const auto both = interior_momentum(
-        sums_of_linear_field(grid, centre, radius, velocity, gradient), radius);
+    const auto both =
+        interior_momentum(sums_of_linear_field(grid, centre, radius, velocity, gradient), radius);
     const Vec3 angular = volume * radius * radius * 0.4 * spin;  // 2/5 V R^2 omega
     // What is left is the correlation between the two directions across u: below 1e-3 of it.
     EXPECT_LT((both.linear - volume * velocity).norm(), 1e-3 * volume * velocity.norm());
@@ -189,16 +189,16 @@ TEST(Interior, PureStrainTurnsNothing) {
 
 TEST(Interior, SphereAcrossSeamsIsWholeAndWithinWallsIsNot) {
   const Grid grid = box({14, 14, 14}, Wall::no_slip, Wall::free_slip);
-  const auto whole = sums_of_linear_field(grid, Vec3(0.7, 0.7, 0.7), 0.4, Vec3(1, 2, 3),
-                                          Eigen::Matrix3d::Zero());
-  const auto across = sums_of_linear_field(grid, Vec3(0.0, 0.7, 1.3), 0.4, Vec3(1, 2, 3),
-                                           Eigen::Matrix3d::Zero());
+  const auto whole =
+      sums_of_linear_field(grid, Vec3(0.7, 0.7, 0.7), 0.4, Vec3(1, 2, 3), Eigen::Matrix3d::Zero());
+  const auto across =
+      sums_of_linear_field(grid, Vec3(0.0, 0.7, 1.3), 0.4, Vec3(1, 2, 3), Eigen::Matrix3d::Zero());
   for (std::size_t c = 0; c < 3; ++c) {
     EXPECT_NEAR(across[c].cells, whole[c].cells, 1e-10);
     EXPECT_NEAR(across[c].u, whole[c].u, 1e-10);
   }
-  const auto half = sums_of_linear_field(grid, Vec3(0.7, 0.0, 0.7), 0.4, Vec3(1, 2, 3),
-                                         Eigen::Matrix3d::Zero());
+  const auto half =
+      sums_of_linear_field(grid, Vec3(0.7, 0.0, 0.7), 0.4, Vec3(1, 2, 3), Eigen::Matrix3d::Zero());
   EXPECT_NEAR(half[0].cells, 0.5 * whole[0].cells, 0.02 * whole[0].cells);
 }
 
