@@ -26,6 +26,7 @@ FixCollisionTable::FixCollisionTable(LAMMPS_NS::LAMMPS* lammps, int narg, char**
   nevery = 1;
   scalar_flag = 1;
   global_freq = 1;
+  restart_global = 1;
   restart_peratom = 1;
   if (modify->find_fix_style_strict("collision/table", 0) != nullptr) {
     stop_run(lmp, "fix collision/table: there is one already, and one serves all pairs and walls");
@@ -89,14 +90,14 @@ void FixCollisionTable::touch(const ContactStep& c) {
   fresh.tag = pair ? std::min(tag[c.i], tag[c.j]) : tag[c.i];
   fresh.other = pair ? std::max(tag[c.i], tag[c.j]) : -c.wall;
   const auto now = static_cast<double>(update->ntimestep);
-  const double time = update->get_cur_time(), dt = update->dt;
+  const double dt = update->dt;
 
   auto [place, is_new] = open_.try_emplace(key_of(fresh), fresh);
   Record& r = place->second;
   if (is_new) {
     // Touched since -gap / speed, if that lies within this step.
     const double since = c.gap < 0 && c.normal_speed < 0 ? c.gap / c.normal_speed : 0.0;
-    r.start_time = time - std::min(since, dt);
+    r.start_time = time() - std::min(since, dt);
     for (int d = 0; d < 3; ++d) {
       r.position[d] = atom->x[c.i][d] - (c.radius + 0.5 * c.gap) * c.normal[d];
     }
@@ -112,7 +113,7 @@ void FixCollisionTable::touch(const ContactStep& c) {
     r.tangential_impulse[d] += sense * (c.force[d] - normal_force * c.normal[d]) * dt;
   }
   r.last_step = now;
-  r.last_time = time;
+  r.last_time = time();
   r.last_gap = c.gap;
   r.last_speed = c.normal_speed + normal_force * dt * c.inverse_mass;
 }
@@ -128,6 +129,26 @@ void FixCollisionTable::end_of_step() {
     }
   }
   if (update->ntimestep % every_ == 0) write();
+}
+
+double FixCollisionTable::time() const { return clock_offset_ + update->get_cur_time(); }
+
+void FixCollisionTable::setup(int) {
+  if (restarted_) clock_offset_ = restart_time_ - update->get_cur_time();
+  restarted_ = false;
+}
+
+void FixCollisionTable::write_restart(std::FILE* file) {
+  const double now = time();
+  const int bytes = sizeof(now);
+  if (comm->me != 0) return;
+  std::fwrite(&bytes, sizeof(bytes), 1, file);
+  std::fwrite(&now, bytes, 1, file);
+}
+
+void FixCollisionTable::restart(char* buffer) {
+  std::memcpy(&restart_time_, buffer, sizeof(restart_time_));
+  restarted_ = true;
 }
 
 void FixCollisionTable::finish(const Record& r) {

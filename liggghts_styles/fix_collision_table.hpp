@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <cstdio>
 #include <map>
 #include <string>
 #include <vector>
@@ -39,8 +40,11 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   void pre_neighbor() override;
   void end_of_step() override;
   void post_run() override;
+  void setup(int) override;
   double compute_scalar() override;
 
+  void write_restart(std::FILE* file) override;
+  void restart(char* buffer) override;
   int pack_restart(int i, double* buffer) override;
   void unpack_restart(int local, int nth) override;
   int size_restart(int local) override;
@@ -70,6 +74,7 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   static Key key_of(const Record& r) {
     return {static_cast<std::int64_t>(r.tag), static_cast<std::int64_t>(r.other)};
   }
+  double time() const;
   void finish(const Record& record);
   void write();
   std::vector<double> gather(const std::vector<double>& mine) const;
@@ -80,6 +85,9 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   std::map<Key, Record> open_;
   std::vector<Row> finished_;
   std::int64_t count_ = 0;
+  // LIGGGHTS' clock begins anew after a restart; ours goes on.
+  double clock_offset_ = 0, restart_time_ = 0;
+  bool restarted_ = false;
 };
 
 }  // namespace bedload

@@ -23,6 +23,8 @@ int end_job_unless_clean(MPI_Comm, int, void* clean, void*) {
 }  // namespace
 
 LiggghtsProgram::LiggghtsProgram(MPI_Comm dem) {
+  // LIGGGHTS does not flush its last words before MPI_Abort; by lines they are never lost.
+  std::setvbuf(stdout, nullptr, _IOLBF, 1 << 16);
   MPI_Comm_create_keyval(MPI_COMM_NULL_COPY_FN, end_job_unless_clean, &key_, nullptr);
   MPI_Comm_set_attr(MPI_COMM_SELF, key_, &clean_);
 

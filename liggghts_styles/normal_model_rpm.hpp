@@ -32,6 +32,10 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
 
   void connectToProperties(PropertyRegistry& registry) override {
     mobility_ = bedload::Mobility(lmp);
+    if (modify->find_fix_style_strict("gravity", 0) == nullptr) {
+      bedload::stop_run(lmp,
+                        "normal model rpm measures its force in weights and needs a fix gravity");
+    }
     range_ = range_setting_;
     if (range_ == 0) {
       const bedload::FluidValue h = bedload::FluidValue::find(lmp, "cell_size", "fluidCellSize");
@@ -99,10 +103,8 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
   /// steps.
   void make_ready() {
     gravity_ = bedload::find_gravity(lmp);
-    if (gravity_ == 0)
-      error->one(FLERR, "normal model rpm measures its force in weights and needs a fix gravity");
     strength_ = strength_setting_;
-    if (strength_ == 0) {
+    if (strength_ == 0 && gravity_ > 0) {
       strength_ = bedload::contact::rpm_strength(std::sqrt(2 * gravity_ * largest_radius_),
                                                  collision_steps_ * fluid_step_.get(), range_,
                                                  gravity_, 0.5);

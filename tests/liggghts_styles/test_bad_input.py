@@ -1,0 +1,146 @@
+"""Bad input ends the run with one clear sentence and an exit code that is not 0."""
+
+import pytest
+
+from liggghts_script import Scene, Sphere, launch
+
+PAIR = [Sphere((0.0, 0.0, 0.0)), Sphere((0.02, 0.0, 0.0))]
+FILM = "fix film all lubrication"
+WEIGHT = "fix weight all gravity 9.81 vector 0 -1 0"
+
+# Per case: what differs from a good scene, and words of the sentence: what is wrong, what was found,
+# what is allowed or missing.
+CASES = {
+    "no restitution": (
+        dict(without="coefficientRestitution"),
+        ["actm needs", "property/global coefficientRestitution peratomtypepair 1"],
+    ),
+    "no friction": (
+        dict(without="coefficientFriction"),
+        ["haff_werner needs", "property/global coefficientFriction peratomtypepair 1"],
+    ),
+    "no fluid step": (
+        dict(without="fluidTimeStep"),
+        ["actm needs the fluid time step", "couple/fluid", "fluidTimeStep scalar"],
+    ),
+    "fluid step 0": (dict(fluid_step=0.0), ["fluid time step has to be more than 0", "found 0"]),
+    "e of 0": (
+        dict(restitution=0.0),
+        ["coefficientRestitution", "between 0.01 and 1", "found 0", "types 1 and 1"],
+    ),
+    "e above 1": (dict(restitution=1.2), ["coefficientRestitution", "found 1.2"]),
+    "friction below 0": (dict(friction=-0.1), ["coefficientFriction", "found -0.1"]),
+    "text for collisionSteps": (
+        dict(settings="collisionSteps ten"),
+        ["collisionSteps needs a number", "'ten'"],
+    ),
+    "collisionSteps below 0": (
+        dict(settings="collisionSteps -3"),
+        ["collisionSteps has to be more than 0", "-3"],
+    ),
+    "unknown keyword": (dict(settings="collisionStep 10"), ["collisionStep"]),
+    "no such model": (dict(contact="model actn"), ["Invalid model"]),
+    "combination not registered": (
+        dict(contact="model actm tangential haff_werner cohesion sjkr"),
+        ["normal model"],
+    ),
+    "viscosity below 0": (
+        dict(lines=[f"{FILM} viscosity -1e-3 range 1e-3"]),
+        ["fix lubrication: viscosity has to be more than 0", "-0.001"],
+    ),
+    "text for range": (
+        dict(lines=[f"{FILM} viscosity 1e-3 range wide"]),
+        ["fix lubrication: range needs a number", "'wide'"],
+    ),
+    "no viscosity": (
+        dict(lines=[f"{FILM} range 1e-3"]),
+        ["fix lubrication", "'viscosity <value>' is missing", "couple/fluid"],
+    ),
+    "no range": (
+        dict(lines=[f"{FILM} viscosity 1e-3"]),
+        ["fix lubrication", "'range <value>' is missing", "couple/fluid"],
+    ),
+    "lubrication keyword": (
+        dict(lines=[f"{FILM} visc 1e-3"]),
+        ["unknown keyword 'visc'", "viscosity, range and gapMin"],
+    ),
+    "two lubrications": (
+        dict(lines=[f"{FILM} viscosity 1e-3 range 1e-3", "fix b all lubrication"]),
+        ["there is one already"],
+    ),
+    "skin too small for lubrication": (
+        dict(
+            lines=[
+                f"{FILM} viscosity 1e-3 range 1e-3",
+                "fix floor all wall/gran model actm primitive type 1 yplane -0.05",
+            ],
+        ),
+        ["fix lubrication", "skin of 0.001 is too small", "'floor'", "neighbor 0.002 bin"],
+    ),
+    "skin too small for rpm": (
+        dict(
+            contact="model rpm",
+            settings="range 1e-3",
+            lines=[
+                WEIGHT,
+                "fix floor all wall/gran model rpm primitive type 1 yplane -0.05 range 1e-3",
+            ],
+        ),
+        ["normal model rpm", "skin of 0.001 is too small", "neighbor 0.002 bin"],
+    ),
+    "no range for rpm": (dict(contact="model rpm", lines=[WEIGHT]), ["rpm needs its range", "range <m>"]),
+    "no gravity for rpm": (
+        dict(contact="model rpm", settings="range 1e-3"),
+        ["rpm", "needs a fix gravity"],
+    ),
+    "table without file": (
+        dict(lines=["fix t all collision/table every 10"]),
+        ["needs the keyword 'file <name>'"],
+    ),
+    "table in no folder": (
+        dict(lines=["fix t all collision/table file nowhere/t.csv"]),
+        ["cannot write the file 'nowhere/t.csv'"],
+    ),
+    "wall settings": (
+        dict(
+            lines=[
+                "fix w all wall/gran model actm primitive type 1 yplane -0.05 collisionSteps few"
+            ]
+        ),
+        ["collisionSteps needs a number", "'few'"],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_one_clear_sentence(tmp_path, case):
+    change, words = CASES[case]
+    change = dict(change)
+    without = change.pop("without", None)
+    scene = Scene(PAIR, **{"contact": "model actm tangential haff_werner", **change})
+    lines = [w for w in scene.script(10) if not (without and without in w)]
+    if scene.fluid_step == 0:
+        lines = ["timestep 1e-5" if w.startswith("timestep") else w for w in lines]
+    (tmp_path / "spheres.data").write_text(scene.data_file())
+    done = launch(tmp_path, lines)
+    said = done.stdout + done.stderr
+    assert done.returncode != 0, said
+    errors = [w for w in said.splitlines() if "ERROR" in w]
+    assert len(errors) == 1, said
+    for word in words:
+        assert word in errors[0]
+
+
+def test_the_good_scene_runs(tmp_path):
+    """What the cases above differ from."""
+    scene = Scene(PAIR, contact="model actm tangential haff_werner")
+    scene.run(tmp_path, 10)
+
+
+def test_all_ranks_end(tmp_path):
+    """On two ranks the job ends as well, at once, with the sentence and a code that is not 0."""
+    scene = Scene(PAIR, restitution=1.5)
+    (tmp_path / "spheres.data").write_text(scene.data_file())
+    done = launch(tmp_path, scene.script(10), ranks=2)
+    assert done.returncode != 0
+    assert "coefficientRestitution" in done.stdout + done.stderr
