@@ -214,13 +214,13 @@ void Channel<Real>::couple_and_correct(int stage) {
 /// mean of u* alone, so it is known before. The driving of the stage follows from it.
 template <class Real>
 double Channel<Real>::bulk_shift(double step) {
+  double sum = local_sum_;
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm());
+  if (!std::isfinite(sum)) report_not_finite();  // before the transforms spread it everywhere
   double shift = 0.0;
-  if (settings_.flow.driving == Driving::bulk_velocity) {
-    double sum = local_sum_;
-    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm());
+  if (settings_.flow.driving == Driving::bulk_velocity)
     // The fields can only take the shift as rounded to their precision.
     shift = static_cast<Real>(settings_.flow.bulk_velocity - sum / grid_.cell_count());
-  }
   budget_.given += shift * grid_.cell_count();
   driving_this_step_ += (step * driving_predicted_ + shift) / dt_;
   return shift;
@@ -305,22 +305,27 @@ void Channel<Real>::finish_step() {
   check_field();
 }
 
-/// Speaks up before the numbers turn into noise: a field that is not finite, or a step too long.
+/// Names the first value that is not finite.
+template <class Real>
+void Channel<Real>::report_not_finite() const {
+  const BadPlace bad = find_not_finite(velocity_, slabs_);
+  struct {
+    int missing, rank;
+  } first{bad.found ? 0 : 1, slabs_.rank()};
+  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_2INT, MPI_MINLOC, comm());
+  int place[4] = {bad.i, bad.j, bad.k, bad.component};
+  MPI_Bcast(place, 4, MPI_INT, first.rank, comm());
+  throw UserError(fmt::format(
+      "{}: after step {} (t = {:.6g}): the {} velocity near cell ({}, {}, {}) is not finite; "
+      "reduce "
+      "'time.step' ({}).",
+      settings_.file, step_, time_, "uvw"[place[3]], place[0], place[1], place[2], dt_));
+}
+
+/// Refuses a step that is too long before the numbers turn into noise.
 template <class Real>
 void Channel<Real>::check_field() const {
-  if (!std::isfinite(streamwise_sum_) || !std::isfinite(fastest_)) {
-    const BadPlace bad = find_not_finite(velocity_, slabs_);
-    struct {
-      int missing, rank;
-    } first{bad.found ? 0 : 1, slabs_.rank()};
-    MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_2INT, MPI_MINLOC, comm());
-    int place[4] = {bad.i, bad.j, bad.k, bad.component};
-    MPI_Bcast(place, 4, MPI_INT, first.rank, comm());
-    throw UserError(fmt::format(
-        "{}: step {} (t = {:.6g}): the {} velocity in cell ({}, {}, {}) is not finite; reduce "
-        "'time.step' ({}).",
-        settings_.file, step_, time_, "uvw"[place[3]], place[0], place[1], place[2], dt_));
-  }
+  if (!std::isfinite(streamwise_sum_) || !std::isfinite(fastest_)) report_not_finite();
   if (settings_.fluid.convection != Switch::off && cfl() > imaginary_limit)
     throw UserError(fmt::format(
         "{}: step {} (t = {:.6g}): the CFL number is {:.3g}, but the scheme is stable only up to "

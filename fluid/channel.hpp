@@ -136,6 +136,7 @@ class Channel {
   double local_wall_sum() const;
   void measure_start();
   void check_field() const;
+  [[noreturn]] void report_not_finite() const;
 
   Settings settings_;
   Grid grid_;

@@ -1,0 +1,183 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "fluid/errors.hpp"
+#include "fluid/start_field.hpp"
+#include "tests/fluid/flow_case.hpp"
+
+namespace bedload {
+namespace {
+
+using testing::AllOf;
+using testing::ContainsRegex;
+using testing::HasSubstr;
+
+/// The sentence of the UserError that `work` throws; empty when it throws none.
+template <class Work>
+std::string complaint(Work&& work) {
+  try {
+    work();
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(UserMistakes, AreNamedInOneSentence) {
+  const Settings good = box({8, 8, 8}, 0.125, 1e-2, 0.01);
+  EXPECT_EQ(complaint([&] { Channel<double>(good, MPI_COMM_WORLD); }), "");
+
+  Settings s = good;
+  s.boundary.z = {Wall::no_slip, Wall::no_slip};
+  EXPECT_THAT(complaint([&] { Channel<double>(s, MPI_COMM_WORLD); }), HasSubstr("'boundary.z'"));
+
+  s = good;
+  s.time.step = 2.0;  // nu dt/h^2 = 1.28; allowed 2.5127/12 = 0.2094
+  EXPECT_THAT(complaint([&] { Channel<double>(s, MPI_COMM_WORLD); }),
+              AllOf(HasSubstr("'time.step'"), HasSubstr("0.3272")));
+}
+
+TEST(UserMistakes, AStepPastTheCflLimitIsRefusedAtTheStartAndOnTheWay) {
+  Settings s = box({8, 8, 8}, 0.125, 1e-3, 0.25);
+  set_y_ends(s, Wall::free_slip, Wall::free_slip);
+  s.start.from = Start::laminar;
+  s.start.velocity = 1.0;  // CFL 2
+  EXPECT_THAT(complaint([&] { Channel<double>(s, MPI_COMM_WORLD); }),
+              AllOf(HasSubstr("step 0"), HasSubstr("CFL"), HasSubstr("0.2165")));
+  s.start.velocity = 0.8;  // CFL 1.6, and the pressure gradient speeds it up by 0.05 a step
+  s.flow.driving = Driving::pressure_gradient;
+  s.flow.pressure_gradient = 0.2;
+  Channel<double> channel(s, MPI_COMM_WORLD);
+  EXPECT_NEAR(channel.cfl(), 1.6, 1e-12);
+  EXPECT_THAT(complaint([&] { advance(channel, 10); }),
+              AllOf(HasSubstr("step 2"), HasSubstr("CFL")));
+  // Without convection there is no such limit.
+  s.fluid.convection = Switch::off;
+  EXPECT_EQ(complaint([&] {
+              Channel<double> stokes(s, MPI_COMM_WORLD);
+              advance(stokes, 10);
+            }),
+            "");
+}
+
+TEST(UserMistakes, AFieldThatIsNotFiniteStopsTheRunAtOnceWithItsPlace) {
+  Settings s = box({8, 8, 8}, 0.125, 1e-3, 0.01);
+  Channel<double> channel(s, MPI_COMM_WORLD);
+  const int plane = 5;
+  if (channel.decomposition().holds(plane))
+    channel.velocity_to_restore().row(plane - channel.decomposition().first(), 2, 1)[3] =
+        std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(
+      complaint([&] { advance(channel, 1); }),
+      AllOf(HasSubstr("step 0"), HasSubstr("not finite"),
+            ContainsRegex("near cell .[234], [456], [123].")) /* (3, 5, 2) or a neighbour */);
+}
+
+/// Convection off: the velocity of a uniform stream plus a shear wave must not move.
+TEST(Convection, OffLeavesTheStokesEquations) {
+  const double nu = 0.02, k = 2.0 * M_PI;
+  Settings s = box({16, 16, 4}, 1.0 / 16, nu, 0.005);
+  set_y_ends(s, Wall::periodic, Wall::periodic);
+  const auto wave = [&](int c, const Vec3& x) {
+    return c == 0 ? 1.0 : c == 1 ? 0.5 * std::sin(k * x[0]) : 0.0;
+  };
+  // Discrete decay rate of the wave: nu (2 sin(k h/2)/h)^2.
+  const double rate = nu * std::pow(2.0 * std::sin(0.5 * k / 16) * 16, 2);
+  for (const Switch convection : {Switch::off, Switch::on}) {
+    s.fluid.convection = convection;
+    Channel<double> channel(s, MPI_COMM_WORLD);
+    channel.set_velocity(wave);
+    advance(channel, 40);
+    const double size = std::exp(-rate * channel.time());
+    const double error = largest_error<double>(
+        channel, [&](int c, const Vec3& x) { return c == 1 ? size * wave(c, x) : wave(c, x); });
+    // Third-order time error of the decay: (rate dt)^3 per unit rate t, about 1e-8.
+    if (convection == Switch::off) EXPECT_LT(error, 1e-7);
+    if (convection == Switch::on) EXPECT_GT(error, 0.3);  // carried 0.2 of a wave length along
+  }
+}
+
+TEST(StartField, ProfilesHaveTheirMeanAndShape) {
+  Settings s = box({8, 64, 8}, 1.0 / 64, 1.0 / 4449.0, 1e-3);
+  s.start.velocity = 1.4;
+  s.start.height = 0.25;
+  for (const Start kind : {Start::laminar, Start::logarithmic}) {
+    s.start.from = kind;
+    const Grid grid = make_grid(s);
+    const StartProfile profile(s, grid);
+    EXPECT_EQ(profile(0.2), 0.0);
+    double mean = 0.0;
+    for (int n = 0; n < 3000; ++n) mean += profile(0.25 + 0.75 * (n + 0.5) / 3000) / 3000;
+    EXPECT_NEAR(mean, 1.4, 1e-3);
+    EXPECT_GT(profile(0.99), profile(0.6));
+  }
+  // Re = 1.4 * 0.75 * 4449 = 4671 over the depth: a friction velocity near 1/17 of the mean.
+  s.start.from = Start::logarithmic;
+  const StartProfile profile(s, make_grid(s));
+  const double slope = profile(0.25 + 1e-5) / 1e-5;
+  EXPECT_NEAR(std::sqrt(slope / 4449.0) / 1.4, 1.0 / 16.5, 0.005);
+}
+
+/// Disturbances have about the size asked for, in every component, and another seed gives others.
+TEST(StartField, DisturbancesHaveTheirSize) {
+  Settings s = box({32, 24, 24}, 1.0 / 16, 1e-3, 0.005);
+  disturb(s, 2.0, 0.0);
+  Channel<double> calm(s, MPI_COMM_WORLD);
+  s.start.disturbance = 0.1;
+  Channel<double> first(s, MPI_COMM_WORLD);
+  s.start.seed = 2;
+  Channel<double> second(s, MPI_COMM_WORLD);
+  EXPECT_LT(first.max_divergence(), 1e-12);
+  const auto rms = [&](const Channel<double>& a, const Channel<double>& b, int c) {
+    double sum = 0.0;
+    for (int j = 0; j < a.decomposition().planes(); ++j)
+      for (int k = 0; k < 24; ++k)
+        for (int i = 0; i < 32; ++i)
+          sum += std::pow(a.velocity().row(j, k, c)[i] - b.velocity().row(j, k, c)[i], 2);
+    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
+    return std::sqrt(sum / a.grid().cell_count());
+  };
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_GT(rms(first, calm, c), 0.1 * 0.2) << c;  // amplitude 0.1 * 2
+    EXPECT_LT(rms(first, calm, c), 1.0 * 0.2) << c;
+    EXPECT_GT(rms(first, second, c), 0.1 * 0.2) << c;
+  }
+}
+
+/// A run that goes on from its own velocity and pressure is the same run.
+TEST(Restart, GoesOnAsIfNothingHadHappened) {
+  Settings s = box({16, 12, 12}, 1.0 / 12, 1e-3, 0.01);
+  disturb(s, 1.0, 0.3);
+  s.flow.driving = Driving::bulk_velocity;
+  s.flow.bulk_velocity = 1.0;
+  const std::vector<SphereState> spheres{
+      {.tag = 1, .position = {0.5, 0.4, 0.5}, .radius = 0.25, .mobile = false}};
+  Channel<double> whole(s, MPI_COMM_WORLD, spheres), again(s, MPI_COMM_WORLD, spheres);
+  advance_in_parts(whole, 3);
+  for (int j = 0; j < whole.decomposition().planes(); ++j) {
+    std::copy_n(whole.velocity().plane(j), whole.velocity().plane_size(),
+                again.velocity_to_restore().plane(j));
+    std::copy_n(whole.pressure().plane(j), whole.pressure().plane_size(),
+                again.pressure_to_restore().plane(j));
+  }
+  again.restored(whole.time(), whole.step(), whole.driving_force(), false);
+  advance_in_parts(whole, 3);
+  advance_in_parts(again, 3);
+  EXPECT_EQ(again.step(), 6);
+  EXPECT_EQ(again.time(), whole.time());
+  double largest = 0.0;
+  for (int j = 0; j < whole.decomposition().planes(); ++j)
+    for (int k = 0; k < 12; ++k)
+      for (int c = 0; c < 3; ++c)
+        for (int i = 0; i < 16; ++i)
+          largest = std::max(largest, std::abs(whole.velocity().row(j, k, c)[i] -
+                                               again.velocity().row(j, k, c)[i]));
+  // The pressure above the slab is summed up there, or comes from the neighbour: equal to
+  // round-off.
+  EXPECT_LT(all_max(largest, MPI_COMM_WORLD), 100 * epsilon<double>());
+}
+
+}  // namespace
+}  // namespace bedload
