@@ -9,6 +9,7 @@
 #include <unordered_set>
 
 #include "fluid/errors.hpp"
+#include "fluid/spheres/marker_sweep.hpp"
 #include "fluid/spheres/marker_volume.hpp"
 
 namespace bedload {
@@ -27,64 +28,6 @@ constexpr std::array<std::size_t, 3> components{0, 1, 2};
 
 double root_mean(double squares, double count) {
   return count > 0.0 ? std::sqrt(squares / count) : 0.0;
-}
-
-/// Component c of U + omega x r.
-double surface_velocity(const SphereState& sphere, const Vec3& r, int c) {
-  const int a = (c + 1) % 3, b = (c + 2) % 3;
-  return sphere.velocity[c] + sphere.angular_velocity[a] * r[b] - sphere.angular_velocity[b] * r[a];
-}
-
-/// Asks for the rows of the lowest plane that a marker some places further on will touch: markers
-/// come in descending order, so these are the ones that are not in cache yet.
-template <class Real>
-inline void prefetch(const MarkerList<Real>& list, std::size_t m, const Real* origin) {
-  constexpr std::size_t ahead = 8;
-  if (m + ahead >= list.stencil.size()) return;
-  const Stencil<Real>& next = list.stencil[m + ahead];
-  const Real* row = origin + next.first;
-  __builtin_prefetch(row, 1);
-  __builtin_prefetch(row + next.rows[0], 1);
-  __builtin_prefetch(row + next.rows[1], 1);
-}
-
-/// Calls use(l, U_l - (J u)_l) for all markers of a list; returns the largest slip and adds the
-/// slips' squares to `squares`.
-template <class Real, class StateOf, class LayoutOf, class Use>
-double for_slips(const MarkerList<Real>& list, const Field<Real>& velocity, int component,
-                 StateOf state_of, LayoutOf layout_of, double& squares, Use use) {
-  const Real* origin = velocity.row(0, 0, 0);
-  const auto plane = static_cast<std::ptrdiff_t>(velocity.plane_size());
-  Real largest{};
-  for (const auto& range : list.ranges) {
-    const SphereState& sphere = state_of(range.sphere);
-    const MarkerLayout& layout = layout_of(sphere.radius);
-    double square = 0.0;
-    for (int n = range.begin; n < range.end; ++n) {
-      const auto m = static_cast<std::size_t>(n);
-      prefetch(list, m, origin);
-      const Vec3& arm = layout.arms[static_cast<std::size_t>(list.arm[m])];
-      const Real target = static_cast<Real>(surface_velocity(sphere, arm, component));
-      const Real slip = target - interpolate(list.stencil[m], origin, plane);
-      use(m, slip);
-      largest = std::max(largest, std::abs(slip));
-      square += static_cast<double>(slip) * static_cast<double>(slip);
-    }
-    squares += square;
-  }
-  return static_cast<double>(largest);
-}
-
-/// u += J^T change.
-template <class Real>
-void spread_change(MarkerList<Real>& list, Field<Real>& velocity) {
-  Real* origin = velocity.row(0, 0, 0);
-  const auto plane = static_cast<std::ptrdiff_t>(velocity.plane_size());
-  for (std::size_t m = 0; m < list.stencil.size(); ++m) {
-    prefetch(list, m, origin);
-    spread(list.stencil[m], list.change[m], origin, plane);
-    list.given[m] += list.change[m];
-  }
 }
 
 template <class Real>
@@ -108,25 +51,19 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       mobile_halo_(grid_, slabs),
       scratch_(grid_, 1, 3) {}
 
+/// Index of the layout for a radius, made when it is the first of its size.
 template <class Real>
-const MarkerLayout& ImmersedBoundary<Real>::layout_of(double radius) const {
-  const auto found = std::find_if(layouts_.begin(), layouts_.end(),
-                                  [radius](const auto& l) { return l.radius == radius; });
-  assert(found != layouts_.end());
-  return *found;
-}
-
-template <class Real>
-void ImmersedBoundary<Real>::add_layout(double radius) {
-  for (const MarkerLayout& layout : layouts_)
-    if (layout.radius == radius) return;
-  layouts_.push_back(make_marker_layout(radius, grid_.h, retraction_));
+int ImmersedBoundary<Real>::layout_of(double radius) {
+  const auto [known, is_new] = layout_by_radius_.try_emplace(radius, layouts_.size());
+  if (is_new) layouts_.push_back(make_marker_layout(radius, grid_.h, retraction_));
+  return static_cast<int>(known->second);
 }
 
 template <class Real>
 void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> all) {
   std::unordered_map<std::int64_t, Memory> remembered;
   for (const Mobile& sphere : mobile_) remembered[sphere.state.tag] = sphere.memory;
+  const std::size_t sizes = layouts_.size();
   const auto same = [](const SphereState& a, const SphereState& b) {
     return a.tag == b.tag && a.position == b.position && a.radius == b.radius &&
            a.velocity == b.velocity && a.angular_velocity == b.angular_velocity;
@@ -141,7 +78,7 @@ void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> all) {
     if (!(sphere.radius > 0.0))
       throw UserError(fmt::format("The sphere with tag {} has radius {}; it must be above 0.",
                                   sphere.tag, sphere.radius));
-    add_layout(sphere.radius);
+    layout_of(sphere.radius);
     if (!sphere.mobile) {
       fixed.push_back(sphere);
       continue;
@@ -153,7 +90,8 @@ void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> all) {
       entry.memory = known->second;
     mobile_.push_back(entry);
   }
-  const bool fixed_stay =
+  const bool fixed_stay =  // and the bins are wide enough
+      layouts_.size() == sizes &&
       std::equal(fixed.begin(), fixed.end(), fixed_.begin(), fixed_.end(), same);
   fixed_ = std::move(fixed);
   fit_scratch();
@@ -206,7 +144,6 @@ void ImmersedBoundary<Real>::place_fixed() {
   for (MarkerList<Real>& list : fixed_lists_) list.clear();
   for (std::size_t n = 0; n < fixed_.size(); ++n) {
     const SphereState& sphere = fixed_[n];
-    const MarkerLayout& layout = layout_of(sphere.radius);
     std::vector<const SphereState*> overlapping;
     fixed_bins_->near(sphere.position, [&](int other) {
       const SphereState& candidate = fixed_[static_cast<std::size_t>(other)];
@@ -220,9 +157,10 @@ void ImmersedBoundary<Real>::place_fixed() {
         return shortest_way(grid_, other->position, position).norm() < other->radius - grid_.h;
       });
     };
+    const int layout = layout_of(sphere.radius);
     for (const std::size_t c : components)
-      append_markers(fixed_lists_[c], scratch_, grid_, slabs_, static_cast<int>(c),
-                     static_cast<int>(n), sphere.position, layout, buried);
+      append_markers(fixed_lists_[c], scratch_, grid_, slabs_, static_cast<int>(c), sphere.position,
+                     static_cast<int>(n), layout, layouts_, buried);
   }
   for (MarkerList<Real>& list : fixed_lists_) list.finish();
   weigh_fixed();
@@ -238,10 +176,10 @@ void ImmersedBoundary<Real>::place_mobile() {
     const SphereState& sphere = mobile_[n].state;
     halo_.mark(sphere.position, sphere.radius);
     mobile_halo_.mark(sphere.position, sphere.radius);
-    const MarkerLayout& layout = layout_of(sphere.radius);
+    const int layout = layout_of(sphere.radius);
     for (const std::size_t c : components)
       append_markers(mobile_lists_[c], scratch_, grid_, slabs_, static_cast<int>(c),
-                     static_cast<int>(n), sphere.position, layout, nothing);
+                     sphere.position, static_cast<int>(n), layout, layouts_, nothing);
   }
   halo_.finish();
   mobile_halo_.finish();
@@ -342,15 +280,14 @@ typename ImmersedBoundary<Real>::SlipSums ImmersedBoundary<Real>::local_slip(
   const auto mobile = [this](int n) -> const SphereState& {
     return mobile_[static_cast<std::size_t>(n)].state;
   };
-  const auto layout = [this](double radius) -> const MarkerLayout& { return layout_of(radius); };
   for (const std::size_t c : components) {
     const int component = static_cast<int>(c);
     const auto use_fixed = [&](std::size_t m, Real slip) { use(true, c, m, slip); };
     const auto use_mobile = [&](std::size_t m, Real slip) { use(false, c, m, slip); };
     sums.max = std::max(
         {sums.max,
-         for_slips(fixed_lists_[c], velocity, component, fixed, layout, sums.squares, use_fixed),
-         for_slips(mobile_lists_[c], velocity, component, mobile, layout, sums.squares,
+         for_slips(fixed_lists_[c], velocity, component, fixed, layouts_, sums.squares, use_fixed),
+         for_slips(mobile_lists_[c], velocity, component, mobile, layouts_, sums.squares,
                    use_mobile)});
     sums.markers += (fixed_lists_[c].size() + mobile_lists_[c].size()) / 3.0;
   }
@@ -430,7 +367,7 @@ ForcingReport ImmersedBoundary<Real>::sum_given(const SlipSums& before, const Sl
     const MarkerList<Real>& list = mobile_lists_[component];
     for (const auto& range : list.ranges) {
       Mobile& sphere = mobile_[static_cast<std::size_t>(range.sphere)];
-      const MarkerLayout& layout = layout_of(sphere.state.radius);
+      const MarkerLayout& layout = layouts_[static_cast<std::size_t>(range.layout)];
       double sum = 0.0, moment_a = 0.0, moment_b = 0.0;
       for (auto m = static_cast<std::size_t>(range.begin); m < static_cast<std::size_t>(range.end);
            ++m) {
@@ -513,10 +450,9 @@ std::vector<SphereLoad> ImmersedBoundary<Real>::loads(double stage_step) {
 template <class Real>
 std::int64_t ImmersedBoundary<Real>::marker_count() const {
   std::int64_t count = 0;
-  for (const SphereState& sphere : fixed_)
-    count += static_cast<std::int64_t>(layout_of(sphere.radius).arms.size());
+  for (const SphereState& sphere : fixed_) count += bedload::marker_count(sphere.radius / grid_.h);
   for (const Mobile& sphere : mobile_)
-    count += static_cast<std::int64_t>(layout_of(sphere.state.radius).arms.size());
+    count += bedload::marker_count(sphere.state.radius / grid_.h);
   return count;
 }
 

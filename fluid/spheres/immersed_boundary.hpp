@@ -99,8 +99,7 @@ class ImmersedBoundary {
     Vec3 given_moment = Vec3::Zero();
   };
 
-  const MarkerLayout& layout_of(double radius) const;
-  void add_layout(double radius);
+  int layout_of(double radius);
   void place_fixed();
   void place_mobile();
   void fit_scratch();
@@ -119,6 +118,7 @@ class ImmersedBoundary {
   int most_loops_;
 
   std::vector<MarkerLayout> layouts_;  ///< one per radius
+  std::unordered_map<double, std::size_t> layout_by_radius_;
   std::vector<SphereState> fixed_;
   std::vector<Mobile> mobile_;
   std::unordered_map<std::int64_t, std::size_t> mobile_by_tag_;

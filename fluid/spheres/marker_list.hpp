@@ -20,6 +20,7 @@ struct MarkerList {
   /// The markers begin .. end-1 belong to one sphere.
   struct Range {
     int sphere = 0;  ///< index into the list of spheres
+    int layout = 0;  ///< index into the list of layouts
     int begin = 0, end = 0;
   };
   std::vector<Range> ranges;
@@ -43,13 +44,13 @@ struct MarkerList {
   }
 };
 
-/// Appends the markers of the sphere `index` at `centre` [L] that this rank handles for
-/// `component`, except those for which skip(position) is true. Markers beyond a wall are left out:
-/// there is no fluid.
+/// Appends those markers of the sphere `sphere` at `centre` [L], laid out as layouts[layout], that
+/// this rank handles for `component`, except those for which skip(position) is true. Markers beyond
+/// a wall are left out: there is no fluid.
 template <class Real, class Skip>
 void append_markers(MarkerList<Real>& list, const Field<Real>& field, const Grid& grid,
-                    const Decomposition& slabs, int component, int index, const Vec3& centre,
-                    const MarkerLayout& layout, Skip skip) {
+                    const Decomposition& slabs, int component, const Vec3& centre, int sphere,
+                    int layout, const std::vector<MarkerLayout>& layouts, Skip skip) {
   const std::array<StencilAxis, 3> axes{stencil_axis(grid, component, 0),
                                         stencil_axis(grid, component, 1),
                                         stencil_axis(grid, component, 2)};
@@ -60,8 +61,9 @@ void append_markers(MarkerList<Real>& list, const Field<Real>& field, const Grid
     return false;
   };
   const int begin = list.size();
-  for (std::size_t m = 0; m < layout.arms.size(); ++m) {
-    const Vec3 position = centre + layout.arms[m];
+  const std::vector<Vec3>& arms = layouts[static_cast<std::size_t>(layout)].arms;
+  for (std::size_t m = 0; m < arms.size(); ++m) {
+    const Vec3 position = centre + arms[m];
     const AxisWeights y = axis_weights(axes[1], position.y());
     if (!slabs.holds(y.nearest) || beyond_wall(position) || skip(position)) continue;
     list.stencil.push_back(make_stencil(field, component, axis_weights(axes[0], position.x()),
@@ -70,7 +72,7 @@ void append_markers(MarkerList<Real>& list, const Field<Real>& field, const Grid
     list.arm.push_back(static_cast<std::int32_t>(m));
   }
   if (list.size() > begin)
-    list.ranges.push_back({.sphere = index, .begin = begin, .end = list.size()});
+    list.ranges.push_back({.sphere = sphere, .layout = layout, .begin = begin, .end = list.size()});
 }
 
 }  // namespace bedload
