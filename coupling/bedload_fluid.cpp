@@ -95,6 +95,11 @@ void run(Job& job, int argc, char** argv) {
     if (!job.alone()) throw UserError("bedload-dem waits for a scene; ask for help without it.");
     return;
   }
+  if (!options->compact.empty()) {
+    if (!job.alone()) throw UserError("--compact-state is for bedload-fluid alone.");
+    write_compact_state(options->compact[0], options->compact[1], job.own());
+    return;
+  }
   const Settings settings = read_settings(options->file, options->settings);
   // Before LIGGGHTS hears of the fluid: its script may write there as well.
   make_output_folder(options->out, job.own());

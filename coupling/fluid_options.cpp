@@ -37,6 +37,11 @@ std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first
                  "Folder of the output (default: runs/<folder of fluid.toml>)");
   app.add_option("--steps", options.steps, "Stop after this many time steps")
       ->check(CLI::NonNegativeNumber);
+  app.add_option(
+         "--compact-state", options.compact,
+         "Make of the first file, a state.h5, the second: a small start field (every second "
+         "cell, 16 bits); no run")
+      ->expected(2);
   app.add_flag("--help-keys", keys, "Print what fluid.toml may say");
   app.add_flag("--version", show_version, "Print the version");
   try {
@@ -50,6 +55,7 @@ std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first
   if (show_version && first_rank) fmt::print("bedload-fluid {}\n", version);
   if (keys && first_rank) fmt::print("{}", describe_keys());
   if (show_version || keys) return std::nullopt;
+  if (!options.compact.empty()) return options;
   if (options.file.empty())
     throw UserError("the scene is missing: bedload-fluid fluid.toml (bedload-fluid --help).");
   if (options.out.empty()) options.out = default_output(options.file);

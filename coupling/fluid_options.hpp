@@ -13,11 +13,12 @@ struct FluidOptions {
   std::vector<std::string> settings;  ///< --set key=value
   std::string out;                    ///< --out DIR
   std::int64_t steps = -1;            ///< --steps N; negative: until time.end
+  /// --compact-state STATE START: a state file and the small start field to make of it; no run.
+  std::vector<std::string> compact;
 };
 
 /// Reads the command line. Returns nothing when all that was wanted is printed (--help,
-/// --help-keys,
-/// --version; by rank 0 alone). Throws UserError.
+/// --help-keys, --version; by rank 0 alone). Throws UserError.
 std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first_rank);
 
 }  // namespace bedload

@@ -1,0 +1,164 @@
+"""Both real programs in one job: a small scene with collisions, on several numbers of ranks."""
+
+import csv
+
+import h5py
+import numpy as np
+import pytest
+
+from job import BIN, SCENES, command, run
+
+SCENE = SCENES / "pocket"
+LAYOUTS = [(1, 1), (2, 1), (3, 2)]
+STEPS = 80
+BOX = np.array([4.0, np.inf, 2.0])  # periods
+
+
+def job(folder, *fluid_options, ranks=(1, 1), out="out"):
+    fluid = [str(BIN / "bedload-fluid"), str(SCENE / "fluid.toml"), "--out", out, *fluid_options]
+    dem = [str(BIN / "bedload-dem"), "-in", str(SCENE / "in.liggghts"), "-var", "out", out]
+    dem += ["-log", "none"]
+    return run(command(fluid, dem, ranks), folder, timeout=300)
+
+
+def mobile_spheres(folder):
+    """Rows in ascending step and tag: step, tag, then position, velocity, spin, force, torque."""
+    with h5py.File(folder / "out" / "spheres.h5") as file:
+        table = {name: column[:] for name, column in file["mobile"].items()}
+    order = np.lexsort((table["tag"], table["step"]))
+    names = ("position", "velocity", "angular_velocity", "force", "torque")
+    return (
+        np.stack([table["step"][order], table["tag"][order]], axis=1),
+        np.stack([table[name][order] for name in names], axis=1),
+    )
+
+
+def rows(path):
+    with path.open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """Output of the scene by rank layout."""
+    found = {}
+    for ranks in LAYOUTS:
+        folder = tmp_path_factory.mktemp(f"ranks{ranks[0]}and{ranks[1]}")
+        result = job(folder, "--steps", str(STEPS), ranks=ranks)
+        assert result.status == 0, result.output
+        found[ranks] = folder
+    return found
+
+
+def test_same_on_all_ranks(folders):
+    which, reference = mobile_spheres(folders[(1, 1)])
+    assert len(which) == 2 * (STEPS + 1)
+    for ranks in LAYOUTS[1:]:
+        other_which, other = mobile_spheres(folders[ranks])
+        assert np.array_equal(which, other_which)
+        apart = np.abs(other - reference)
+        across = np.isfinite(BOX)
+        apart[:, 0, across] = np.minimum(apart[:, 0, across],
+                                         np.abs(BOX[across] - apart[:, 0, across]))
+        # Sums over ranks in another order round to 1e-16; eighty steps, two collisions among
+        # them, let it grow some hundredfold (seen: 5e-14 in motion, 1e-12 in forces of size 1 to
+        # 10, which are differences of momenta over 1/100). A wrong term would show as 1e-3.
+        assert apart[:, :3].max() < 1e-11
+        assert apart[:, 3:].max() < 1e-9
+
+
+def test_the_scene_has_what_it_tests(folders):
+    """Motion downstream through the periodic face, spin by the shear, collisions with the bed."""
+    which, motion = mobile_spheres(folders[(1, 1)])
+    for tag in (9, 10):
+        path = motion[which[:, 1] == tag]
+        assert path[:, 1, 0].max() > 0.9
+        assert path[:, 2, 2].min() < -0.01
+    path = motion[which[:, 1] == 10]
+    assert path[-1, 0, 0] < path[0, 0, 0], "it should have come in again at x = 0"
+    assert len(rows(folders[(1, 1)] / "out" / "collisions.csv")) >= 2
+
+
+def test_momentum_sent_is_momentum_received(folders):
+    for folder in folders.values():
+        history = rows(folder / "out" / "history.csv")
+        assert len(history) == STEPS
+        # In double: sums of some 1e4 terms, over their own size.
+        assert max(float(row["momentum_residual"]) for row in history) < 1e-13
+        assert {int(row["mobile_spheres"]) for row in history} == {2}
+
+
+def test_a_free_sphere_moves_by_the_force_on_it(folders):
+    """m (v_n+1 - v_n) = (F + m g) dt, the force as spheres.h5 has it, as long as nothing is touched
+    and the gap is wider than lubrication reaches (sphere 10, the first twenty steps)."""
+    which, motion = mobile_spheres(folders[(1, 1)])
+    path = motion[which[:, 1] == 10][:21]
+    mass = 2.5 * np.pi / 6.0
+    change = mass * np.diff(path[:, 1], axis=0) / 0.02
+    weight = mass * np.array([0.0, -0.5, 0.0])
+    np.testing.assert_allclose(change, path[1:, 3] + weight, rtol=0, atol=1e-11)
+    turn = 0.1 * mass * np.diff(path[:, 2], axis=0) / 0.02
+    np.testing.assert_allclose(turn, path[1:, 4], rtol=0, atol=1e-11)
+
+
+def test_time_line_shows_both_programs(folders):
+    """Grains move between the sending of their loads and the end of the wait for them."""
+    line = rows(folders[(1, 1)] / "out" / "timeline.csv")
+    parts = [(row["program"], row["part"]) for row in line]
+    assert parts.count(("bedload-dem", "grain motion")) == 3
+    assert parts.count(("bedload-fluid", "pressure")) == 3
+
+    def times(part, edge):
+        return [float(row[edge]) for row in line if row["part"] == part]
+
+    rounding = 1e-5  # two clocks, one of them read a moment later
+    for sent, began, ended, waited in zip(
+        times("exchange", "start"), times("grain motion", "start"),
+        times("grain motion", "end"), times("waiting for LIGGGHTS", "end"), strict=True,
+    ):  # fmt: skip
+        assert sent < began + rounding
+        assert began <= ended < waited + rounding
+
+
+def test_single_precision_follows_double(folders, tmp_path):
+    result = job(tmp_path, "--steps", "20", "--set", 'accuracy.precision="single"')
+    assert result.status == 0, result.output
+    _, single = mobile_spheres(tmp_path)
+    _, double = mobile_spheres(folders[(1, 1)])
+    apart = np.abs(single - double[: len(single)])[:, :3].max()
+    # Fields rounded to 6e-8: seen 3e-7 after 20 steps.
+    assert 1e-12 < apart < 1e-5
+
+
+def test_fluid_alone_needs_no_liggghts(tmp_path):
+    fluid = [str(BIN / "bedload-fluid"), str(SCENE / "fluid.toml"), "--steps", "5"]
+    result = run(command(fluid, None, (2, 0)), tmp_path)
+    assert result.status == 0, result.output
+    out = tmp_path / "runs" / "pocket"
+    assert (out / "state.h5").is_file() and not (out / "spheres.h5").exists()
+
+
+@pytest.mark.parametrize(
+    "options, found",
+    [
+        (("--set", "time.stepp=1"), ["time.stepp", "'time.step'"]),
+        (("--set", "fluid.gravity=[0.0,-0.7,0.0]"), ["(0, -0.7, 0)", "(0, -0.5, 0)"]),
+        (("--set", "time.step=0.1"), ["CFL", "'time.step'"]),
+        (("--stepps", "3"), ["--stepps"]),
+    ],
+    ids=["unknown key", "gravity", "field blows up", "unknown option"],
+)
+def test_a_mistake_ends_both_programs_with_one_sentence(tmp_path, options, found):
+    check_sentence(job(tmp_path, *options, ranks=(2, 2)), found)
+
+
+def test_a_folder_that_cannot_be_made(tmp_path):
+    check_sentence(job(tmp_path, ranks=(2, 2), out="/proc/none"), ["/proc/none"])
+
+
+def check_sentence(result, found):
+    assert result.status != 0
+    spoken = [line for line in result.output.splitlines() if line.startswith("bedload-fluid: ")]
+    assert len(spoken) == 1, result.output
+    for text in found:
+        assert text in spoken[0]
