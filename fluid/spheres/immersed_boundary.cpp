@@ -101,6 +101,7 @@ void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> all) {
 
 template <class Real>
 void ImmersedBoundary<Real>::move_spheres(std::span<const SphereState> moved) {
+  if (moved.empty()) return;
   for (const SphereState& sphere : moved) {
     const auto known = mobile_by_tag_.find(sphere.tag);
     if (known == mobile_by_tag_.end())
