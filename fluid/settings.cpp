@@ -289,7 +289,9 @@ class Writer {
  public:
   explicit Writer(Line line) : line_(std::move(line)) {}
   void text(std::string_view name, const std::string& value, std::string_view meaning) {
-    line_(name, fmt::format("\"{}\"", value), "-", "text", meaning);
+    std::ostringstream quoted;
+    quoted << toml::value<std::string>(value);
+    line_(name, quoted.str(), "-", "text", meaning);
   }
   template <class Integer>
   void integer(std::string_view name, Integer value, std::string_view unit, Range range,

@@ -54,7 +54,9 @@ TEST(Settings, MistakesNameFileKeyFoundAndAllowed) {
 }
 
 TEST(Settings, WrittenValuesReadBackTheSame) {
-  const Settings s = parse_settings(smallest, "fluid.toml", {"boundary.y=\"no_slip\""});
+  const Settings s =
+      parse_settings(smallest, "fluid.toml", {"boundary.y=\"no_slip\"", R"(title='a "b" \c')"});
+  EXPECT_EQ(s.title, R"(a "b" \c)");
   const std::string written = settings_as_toml(s);
   EXPECT_EQ(written, settings_as_toml(parse_settings(written, "settings.toml")));
 }
