@@ -82,7 +82,7 @@ def build(targets: Sequence[str] = ("all",)) -> None:
             step = re.match(r"\[(\d+)/(\d+)\] ", line)
             if step:
                 progress.show(int(step[1]), int(step[2]))
-            if failed or line.startswith(("FAILED:", "ninja: error")):
+            if failed or line.startswith(("FAILED:", "ninja: error", "CMake Error")):
                 failed.append(line)
     progress.finish()
     if ninja.returncode != 0:
