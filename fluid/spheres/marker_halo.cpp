@@ -60,10 +60,14 @@ void MarkerHalo::mark(const Vec3& centre, double radius) {
     return half_chord(size, std::max(std::abs(distance) - reach * h, 0.0));
   };
   const std::array<double, 3> ys = images(centre.y(), grid_.length[1], grid_.periodic(1));
+  // The same arithmetic on both sides of an interface, the one that closes periodic y included: the
+  // neighbours must mark the same rows.
+  const int behind = slabs_.first() + slabs_.planes();
+  const int upper_face = grid_.periodic(1) ? behind % grid_.cells[1] : behind;
   for (const double y : ys) {
     const double lower = cut(radius, y - slabs_.first() * h);
     if (lower >= 0.0) mark_rows(marked_.below, 0, centre.z(), lower);
-    const double upper = cut(radius, y - (slabs_.first() + slabs_.planes()) * h);
+    const double upper = cut(radius, y - upper_face * h);
     if (upper >= 0.0) mark_rows(marked_.above, 0, centre.z(), upper);
   }
 

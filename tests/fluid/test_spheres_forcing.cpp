@@ -279,9 +279,8 @@ TEST(Forcing, SpheresInContactStayStable) {
   EXPECT_LT(last, 0.1);
 }
 
-TEST(Forcing, DoesNotKnowTheRanks) {
-  // Every rank also computes the whole box alone; both must agree to round-off, ghosts included.
-  Settings settings = small_box();
+/// Every rank also computes the whole box alone; both must agree to round-off, ghosts included.
+void compare_with_one_rank(Settings settings) {
   settings.spheres.forcing_loops = 3;
   Flow<double> shared(settings, MPI_COMM_WORLD), alone(settings, MPI_COMM_SELF);
   std::vector<SphereState> all = spheres_everywhere();
@@ -321,6 +320,14 @@ TEST(Forcing, DoesNotKnowTheRanks) {
     all[0].position += Vec3(0.021, 0.33, -0.07);  // up through an interface between slabs
     all[4].position += Vec3(0.013, 0.051, 0.033);
   }
+}
+
+TEST(Forcing, DoesNotKnowTheRanks) { compare_with_one_rank(small_box()); }
+
+TEST(Forcing, DoesNotKnowTheRanksWherePeriodicYCloses) {
+  Settings settings = small_box();
+  settings.boundary.y = {Wall::periodic, Wall::periodic};
+  compare_with_one_rank(settings);
 }
 
 TEST(Forcing, SeamsAreInvisible) {
