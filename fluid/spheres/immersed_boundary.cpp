@@ -6,7 +6,9 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <unordered_set>
+#include <utility>
 
 #include "fluid/errors.hpp"
 #include "fluid/spheres/marker_sweep.hpp"
@@ -19,7 +21,7 @@ namespace {
 /// but unstable below a density ratio of about 0.8, 0.1 is stable down to 0.5 (README.md).
 constexpr double owed_share = 0.1;
 
-/// Spheres further apart than this, in cells, share no cells of their markers' supports: two
+/// Markers further than this, in cells, from a sphere share no cells of its markers' supports: two
 /// supports of 3 cells, less the markers' retraction. (Cells met only by the corners of both
 /// supports count as not shared; their weights are below 1e-3.)
 constexpr double shared_reach = 2.5;
@@ -30,9 +32,12 @@ double root_mean(double squares, double count) {
   return count > 0.0 ? std::sqrt(squares / count) : 0.0;
 }
 
+/// Indices of all markers of a list.
 template <class Real>
-void spread_ones(const MarkerList<Real>& list, Field<Real>& scratch) {
-  spread_ones(list, 0, list.size(), scratch);
+std::vector<int> all_of(const MarkerList<Real>& list) {
+  std::vector<int> indices(list.stencil.size());
+  std::iota(indices.begin(), indices.end(), 0);
+  return indices;
 }
 
 }  // namespace
@@ -192,69 +197,81 @@ void ImmersedBoundary<Real>::place_mobile() {
 template <class Real>
 void ImmersedBoundary<Real>::weigh_fixed() {
   halo_.finish();
-  for (const auto& list : fixed_lists_) spread_ones(list, scratch_);
+  for (const auto& list : fixed_lists_) spread_ones(list, all_of(list), scratch_);
   halo_.collect(scratch_);
   halo_.refresh(scratch_);
   for (const std::size_t c : components) {
     MarkerList<Real>& list = fixed_lists_[c];
-    weigh<Real>(list, 0, list.size(), nullptr, scratch_);
+    weigh<Real>(list, all_of(list), nullptr, scratch_);
     fixed_row_sums_[c].resize(list.volume.size());
     std::transform(list.volume.begin(), list.volume.end(), fixed_row_sums_[c].begin(),
                    [](Real volume) { return Real{1} / volume; });
   }
   scratch_.fill(Real{});
-  near_mobile_.assign(fixed_.size(), 0);
+  for (std::vector<int>& markers : near_mobile_) markers.clear();
+}
+
+/// Finds the fixed markers within reach of mobile spheres' markers.
+template <class Real>
+void ImmersedBoundary<Real>::find_near_mobile() {
+  for (std::vector<int>& markers : near_mobile_) markers.clear();
+  if (fixed_.empty()) return;
+  const double reach = shared_reach * grid_.h;
+  std::vector<std::pair<int, const SphereState*>> pairs;  // fixed sphere, mobile sphere
+  for (const Mobile& sphere : mobile_)
+    fixed_bins_->near(sphere.state.position, [&](int n) {
+      const SphereState& other = fixed_[static_cast<std::size_t>(n)];
+      if (shortest_way(grid_, sphere.state.position, other.position).norm() <
+          sphere.state.radius + other.radius + reach)
+        pairs.emplace_back(n, &sphere.state);
+    });
+  const auto by_fixed = [](const auto& a, const auto& b) { return a.first < b.first; };
+  std::stable_sort(pairs.begin(), pairs.end(), by_fixed);
+  for (const std::size_t c : components)
+    for (const auto& range : fixed_lists_[c].ranges) {
+      const auto near_pairs =
+          std::equal_range(pairs.begin(), pairs.end(),
+                           std::pair<int, const SphereState*>(range.sphere, nullptr), by_fixed);
+      if (near_pairs.first == near_pairs.second) continue;
+      const Vec3& centre = fixed_[static_cast<std::size_t>(range.sphere)].position;
+      const auto& arms = layouts_[static_cast<std::size_t>(range.layout)].arms;
+      const auto near = [&](const Vec3& arm) {
+        return std::any_of(near_pairs.first, near_pairs.second, [&](const auto& pair) {
+          const double most = pair.second->radius + reach;
+          return (shortest_way(grid_, pair.second->position, centre) + arm).squaredNorm() <
+                 most * most;
+        });
+      };
+      for (int m = range.begin; m < range.end; ++m)
+        if (near(arms[static_cast<std::size_t>(fixed_lists_[c].arm[static_cast<std::size_t>(m)])]))
+          near_mobile_[c].push_back(m);
+    }
 }
 
 /// Row sums where mobile markers are: of these, and of the fixed markers around them.
 template <class Real>
 void ImmersedBoundary<Real>::weigh_mobile() {
-  std::vector<char> near(fixed_.size(), 0);
-  if (!fixed_.empty())
-    for (const Mobile& sphere : mobile_)
-      fixed_bins_->near(sphere.state.position, [&](int n) {
-        const SphereState& other = fixed_[static_cast<std::size_t>(n)];
-        const double reach = sphere.state.radius + other.radius + shared_reach * grid_.h;
-        if (shortest_way(grid_, sphere.state.position, other.position).norm() < reach)
-          near[static_cast<std::size_t>(n)] = 1;
-      });
-  const auto for_near = [&](std::size_t c, auto call) {
-    for (const auto& range : fixed_lists_[c].ranges)
-      if (near[static_cast<std::size_t>(range.sphere)]) call(range);
-  };
-  for (const std::size_t c : components) {
-    MarkerList<Real>& list = fixed_lists_[c];
-    for (const auto& range : list.ranges) {
-      const auto sphere = static_cast<std::size_t>(range.sphere);
-      if (!near_mobile_[sphere] || near[sphere]) continue;
-      for (auto m = static_cast<std::size_t>(range.begin); m < static_cast<std::size_t>(range.end);
-           ++m)
-        list.volume[m] = Real{1} / fixed_row_sums_[c][m];
+  for (const std::size_t c : components)
+    for (const int m : near_mobile_[c]) {
+      const auto n = static_cast<std::size_t>(m);
+      fixed_lists_[c].volume[n] = Real{1} / fixed_row_sums_[c][n];
     }
-  }
-  near_mobile_ = near;
+  find_near_mobile();
 
-  for (const auto& list : mobile_lists_) spread_ones(list, scratch_);
+  for (const auto& list : mobile_lists_) spread_ones(list, all_of(list), scratch_);
   mobile_halo_.collect(scratch_);
   mobile_halo_.refresh(scratch_);
   for (const std::size_t c : components)
-    for_near(c, [&](const auto& range) {
-      weigh(fixed_lists_[c], range.begin, range.end, fixed_row_sums_[c].data(), scratch_);
-    });
+    weigh(fixed_lists_[c], near_mobile_[c], fixed_row_sums_[c].data(), scratch_);
   mobile_halo_.clear_ghosts(scratch_);
-  for (const std::size_t c : components)
-    for_near(c, [&](const auto& range) {
-      spread_ones(fixed_lists_[c], range.begin, range.end, scratch_);
-    });
+  for (const std::size_t c : components) spread_ones(fixed_lists_[c], near_mobile_[c], scratch_);
   mobile_halo_.collect(scratch_);
   mobile_halo_.refresh(scratch_);
-  for (MarkerList<Real>& list : mobile_lists_) weigh<Real>(list, 0, list.size(), nullptr, scratch_);
+  for (auto& list : mobile_lists_) weigh<Real>(list, all_of(list), nullptr, scratch_);
 
   for (const std::size_t c : components) {
-    clear_ones(mobile_lists_[c], 0, mobile_lists_[c].size(), scratch_);
-    for_near(c, [&](const auto& range) {
-      clear_ones(fixed_lists_[c], range.begin, range.end, scratch_);
-    });
+    clear_ones(mobile_lists_[c], all_of(mobile_lists_[c]), scratch_);
+    clear_ones(fixed_lists_[c], near_mobile_[c], scratch_);
   }
   mobile_halo_.clear_touched(scratch_);
 }

@@ -104,6 +104,7 @@ class ImmersedBoundary {
   void place_mobile();
   void fit_scratch();
   void weigh_fixed();
+  void find_near_mobile();
   void weigh_mobile();
   template <class Use>
   SlipSums local_slip(const Field<Real>& velocity, Use use) const;
@@ -125,10 +126,10 @@ class ImmersedBoundary {
   Lists fixed_lists_, mobile_lists_;
   std::array<std::vector<Real>, 3> fixed_row_sums_;  ///< of fixed markers among themselves
   std::optional<SphereBins> fixed_bins_;
-  std::vector<char> near_mobile_;  ///< fixed spheres whose markers share supports with mobile ones
-  MarkerHalo halo_;                ///< rows of all spheres
-  MarkerHalo mobile_halo_;         ///< rows of mobile spheres
-  Field<Real> scratch_;            ///< planes up to the highest sphere; zero between calls
+  std::array<std::vector<int>, 3> near_mobile_;  ///< fixed markers within reach of mobile ones
+  MarkerHalo halo_;                              ///< rows of all spheres
+  MarkerHalo mobile_halo_;                       ///< rows of mobile spheres
+  Field<Real> scratch_;  ///< planes up to the highest sphere; zero between calls
   bool stage_started_ = false;
 };
 

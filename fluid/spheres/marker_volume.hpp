@@ -18,24 +18,26 @@ namespace bedload {
 /// over all markers of all spheres, which is what keeps spheres in contact stable. A times one is
 /// the interpolation of spread ones, so this costs as much as one forcing loop.
 ///
-/// The three steps below work on a scratch field that is zero before and after.
+/// The three steps below work on a scratch field that is zero before and after. `markers` is a
+/// range of indices into the list.
 
-/// scratch += J^T 1 over the markers begin .. end-1.
+/// scratch += J^T 1.
 template <class Real>
-void spread_ones(const MarkerList<Real>& list, int begin, int end, Field<Real>& scratch) {
+void spread_ones(const MarkerList<Real>& list, const std::vector<int>& markers,
+                 Field<Real>& scratch) {
   Real* origin = scratch.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(scratch.plane_size());
-  for (int m = begin; m < end; ++m)
+  for (const int m : markers)
     spread(list.stencil[static_cast<std::size_t>(m)], Real{1}, origin, plane);
 }
 
-/// volume_l = 1 / (before_l + (J scratch)_l) over the markers begin .. end-1; `before` may be null.
+/// volume_l = 1 / (before_l + (J scratch)_l); `before` (for the whole list) may be null.
 template <class Real>
-void weigh(MarkerList<Real>& list, int begin, int end, const Real* before,
+void weigh(MarkerList<Real>& list, const std::vector<int>& markers, const Real* before,
            const Field<Real>& scratch) {
   const Real* origin = scratch.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(scratch.plane_size());
-  for (int n = begin; n < end; ++n) {
+  for (const int n : markers) {
     const auto m = static_cast<std::size_t>(n);
     const Real row_sum =
         (before ? before[m] : Real{}) + interpolate(list.stencil[m], origin, plane);
@@ -45,10 +47,11 @@ void weigh(MarkerList<Real>& list, int begin, int end, const Real* before,
 
 /// Zero again where spread_ones() wrote.
 template <class Real>
-void clear_ones(const MarkerList<Real>& list, int begin, int end, Field<Real>& scratch) {
+void clear_ones(const MarkerList<Real>& list, const std::vector<int>& markers,
+                Field<Real>& scratch) {
   Real* origin = scratch.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(scratch.plane_size());
-  for (int m = begin; m < end; ++m) clear(list.stencil[static_cast<std::size_t>(m)], origin, plane);
+  for (const int m : markers) clear(list.stencil[static_cast<std::size_t>(m)], origin, plane);
 }
 
 }  // namespace bedload

@@ -51,7 +51,8 @@ inline AxisWeights axis_weights(const StencilAxis& axis, double position) {
   if (axis.periodic) {
     out.weight = roma_weights(q - out.nearest);
     const int period = axis.highest - axis.lowest + 1;
-    out.nearest = ((out.nearest - axis.lowest) % period + period) % period + axis.lowest;
+    while (out.nearest < axis.lowest) out.nearest += period;
+    while (out.nearest > axis.highest) out.nearest -= period;
     return out;
   }
   out.nearest = std::min(std::max(out.nearest, axis.lowest), axis.highest);
