@@ -23,7 +23,7 @@ namespace bedload {
 namespace {
 
 /// Number behind `steps`; without the keyword more steps than anybody makes.
-std::int64_t read_steps(LAMMPS_NS::LAMMPS* lmp, int narg, char** arg) {
+std::int64_t read_steps(LAMMPS_NS::LAMMPS* instance, int narg, char** arg) {
   if (narg == 0) return std::numeric_limits<std::int64_t>::max();
   std::int64_t steps = 0;
   if (narg == 2 && std::string_view(arg[0]) == "steps") {
@@ -31,7 +31,7 @@ std::int64_t read_steps(LAMMPS_NS::LAMMPS* lmp, int narg, char** arg) {
     const auto [end, error] = std::from_chars(text.begin(), text.end(), steps);
     if (error == std::errc{} && end == text.end() && steps > 0) return steps;
   }
-  stop_run(lmp,
+  stop_run(instance,
            fmt::format("coupled_run: found '{}{}{}', allowed is nothing or 'steps N' with N > 0",
                        arg[0], narg > 1 ? " " : "", narg > 1 ? arg[1] : ""));
 }

@@ -11,7 +11,7 @@ namespace bedload {
 /// which a fluid step holds 15.
 class CoupledRun : protected LAMMPS_NS::Pointers {
  public:
-  explicit CoupledRun(LAMMPS_NS::LAMMPS* lmp) : Pointers(lmp) {}
+  explicit CoupledRun(LAMMPS_NS::LAMMPS* instance) : Pointers(instance) {}
   void command(int narg, char** arg);
 
  private:

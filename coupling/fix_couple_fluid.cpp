@@ -24,6 +24,7 @@
 #include "liggghts_styles/mobility.hpp"
 #include "modify.h"
 #include "pair.h"
+#include "pair_gran.h"
 #include "update.h"
 
 namespace bedload {
@@ -39,6 +40,25 @@ LAMMPS_NS::FixPropertyAtom* add_vector_per_atom(LAMMPS_NS::Modify& modify, const
       name, "all", "property/atom", name, "vector", "yes", "no", "no", "0.", "0.", "0."};
   return modify.add_fix_property_atom(static_cast<int>(words.size()),
                                       const_cast<char**>(words.data()), caller);
+}
+
+/// pair_style and, for granular contacts, the models in it that have a name here.
+std::string describe_contacts(LAMMPS_NS::Force& force) {
+  std::string text = fmt::format("pair_style {}", force.pair_style);
+  if (std::string_view(force.pair_style) != "gran") return text;
+  auto& pair = static_cast<LAMMPS_NS::PairGran&>(*force.pair);
+  constexpr std::array<std::array<const char*, 3>, 8> models{
+      {{"normal", "model", "actm"},
+       {"normal", "model", "rpm"},
+       {"normal", "model", "hertz"},
+       {"normal", "model", "hooke"},
+       {"tangential", "tangential", "haff_werner"},
+       {"tangential", "tangential", "history"},
+       {"tangential", "tangential", "no_history"},
+       {"cohesion", "cohesion", "sjkr"}}};
+  for (const auto& [kind, keyword, name] : models)
+    if (pair.contact_match(kind, name)) text += fmt::format(" {} {}", keyword, name);
+  return text;
 }
 
 Triple triple(const double* v) { return {v[0], v[1], v[2]}; }
@@ -284,14 +304,14 @@ DemFacts FixCoupleFluid::collect_facts() const {
 
 std::string FixCoupleFluid::describe_effects() const {
   const bool contacts = force->pair != nullptr;
-  std::string text = fmt::format("collisions\t{}\t{}\n", contacts ? "on" : "off",
-                                 contacts ? fmt::format("pair_style {}", force->pair_style)
-                                          : "the LIGGGHTS script has no pair_style");
   const bool lubrication = modify->n_fixes_style_strict("lubrication") > 0;
-  text +=
-      fmt::format("lubrication\t{}\t{}\n", lubrication ? "on" : "off",
-                  lubrication ? "fix lubrication" : "the LIGGGHTS script has no fix lubrication");
-  return text;
+  const auto line = [](const char* effect, bool on, const std::string& why) {
+    return fmt::format("{}\t{}\t{}\n", effect, on ? "on" : "off", why);
+  };
+  return line("collisions", contacts,
+              contacts ? describe_contacts(*force) : "the LIGGGHTS script has no pair_style") +
+         line("lubrication", lubrication,
+              lubrication ? "fix lubrication" : "the LIGGGHTS script has no fix lubrication");
 }
 
 }  // namespace bedload
