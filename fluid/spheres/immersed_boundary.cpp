@@ -8,7 +8,6 @@
 #include <numbers>
 #include <numeric>
 #include <unordered_set>
-#include <utility>
 
 #include "fluid/errors.hpp"
 #include "fluid/spheres/marker_sweep.hpp"
@@ -216,32 +215,33 @@ template <class Real>
 void ImmersedBoundary<Real>::find_near_mobile() {
   for (std::vector<int>& markers : near_mobile_) markers.clear();
   if (fixed_.empty()) return;
+  struct Pair {
+    int fixed;
+    Vec3 way;      ///< from the mobile sphere's centre to the fixed one's
+    double reach;  ///< squared, from the mobile sphere's centre
+  };
+  std::vector<Pair> pairs;
   const double reach = shared_reach * grid_.h;
-  std::vector<std::pair<int, const SphereState*>> pairs;  // fixed sphere, mobile sphere
   for (const Mobile& sphere : mobile_)
     fixed_bins_->near(sphere.state.position, [&](int n) {
       const SphereState& other = fixed_[static_cast<std::size_t>(n)];
-      if (shortest_way(grid_, sphere.state.position, other.position).norm() <
-          sphere.state.radius + other.radius + reach)
-        pairs.emplace_back(n, &sphere.state);
+      const Vec3 way = shortest_way(grid_, sphere.state.position, other.position);
+      const double most = sphere.state.radius + reach;
+      if (way.norm() < most + other.radius) pairs.push_back({n, way, most * most});
     });
-  const auto by_fixed = [](const auto& a, const auto& b) { return a.first < b.first; };
-  std::stable_sort(pairs.begin(), pairs.end(), by_fixed);
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const Pair& a, const Pair& b) { return a.fixed < b.fixed; });
   for (const std::size_t c : components)
     for (const auto& range : fixed_lists_[c].ranges) {
-      const auto near_pairs =
-          std::equal_range(pairs.begin(), pairs.end(),
-                           std::pair<int, const SphereState*>(range.sphere, nullptr), by_fixed);
-      if (near_pairs.first == near_pairs.second) continue;
-      const Vec3& centre = fixed_[static_cast<std::size_t>(range.sphere)].position;
+      const auto first = std::lower_bound(pairs.begin(), pairs.end(), range.sphere,
+                                          [](const Pair& p, int n) { return p.fixed < n; });
       const auto& arms = layouts_[static_cast<std::size_t>(range.layout)].arms;
       const auto near = [&](const Vec3& arm) {
-        return std::any_of(near_pairs.first, near_pairs.second, [&](const auto& pair) {
-          const double most = pair.second->radius + reach;
-          return (shortest_way(grid_, pair.second->position, centre) + arm).squaredNorm() <
-                 most * most;
-        });
+        for (auto p = first; p != pairs.end() && p->fixed == range.sphere; ++p)
+          if ((p->way + arm).squaredNorm() < p->reach) return true;
+        return false;
       };
+      if (first == pairs.end() || first->fixed != range.sphere) continue;
       for (int m = range.begin; m < range.end; ++m)
         if (near(arms[static_cast<std::size_t>(fixed_lists_[c].arm[static_cast<std::size_t>(m)])]))
           near_mobile_[c].push_back(m);
