@@ -47,8 +47,7 @@ def _must_configure(ninja_file: Path) -> bool:
 
 
 def _configure(log: Path) -> None:
-    if not _must_configure(FOLDER / "build.ninja"):
-        return
+    """Configures from scratch: what an earlier attempt found, or missed, may have changed."""
     print("bedload: configuring", file=sys.stderr, flush=True)
     with log.open("w", encoding="utf-8") as out:
         code = subprocess.run(
@@ -61,14 +60,8 @@ def _configure(log: Path) -> None:
         raise UserError(f"configuring failed; the whole log is {log}.")
 
 
-def build(targets: Sequence[str] = ("all",)) -> None:
-    """Configures if needed and builds `targets`; does and prints nothing when all is up to date.
-
-    Raises UserError, after printing the compiler's words, when it does not succeed.
-    """
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    _configure(FOLDER / "configure.log")
-    log = FOLDER / "build.log"
+def _ninja(targets: Sequence[str], log: Path) -> list[str]:
+    """Builds `targets` with a progress line; returns what went wrong, nothing when all is well."""
     progress = ProgressLine("building")
     failed: list[str] = []
     command = ["ninja", "-C", str(FOLDER), "-j", str(compile_jobs()), *targets]
@@ -82,9 +75,27 @@ def build(targets: Sequence[str] = ("all",)) -> None:
             step = re.match(r"\[(\d+)/(\d+)\] ", line)
             if step:
                 progress.show(int(step[1]), int(step[2]))
-            if failed or line.startswith(("FAILED:", "ninja: error", "CMake Error")):
+            if failed or line.startswith(("FAILED:", "ninja: error")):
                 failed.append(line)
     progress.finish()
-    if ninja.returncode != 0:
+    return failed if ninja.returncode != 0 else []
+
+
+def build(targets: Sequence[str] = ("all",)) -> None:
+    """Configures if needed and builds `targets`; does and prints nothing when all is up to date.
+
+    Raises UserError, after printing the compiler's words, when it does not succeed.
+    """
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    ninja_file = FOLDER / "build.ninja"
+    if _must_configure(ninja_file):
+        _configure(FOLDER / "configure.log")
+    log = FOLDER / "build.log"
+    failed = _ninja(targets, log)
+    if failed and failed[0].startswith("FAILED: build.ninja"):
+        # Ninja could not bring the configuration up to date with what an old cache remembers.
+        _configure(FOLDER / "configure.log")
+        failed = _ninja(targets, log)
+    if failed:
         sys.stderr.writelines(failed[:60])
         raise UserError(f"the build failed; the whole log is {log}.")
