@@ -88,8 +88,8 @@ def test_the_grain_is_pushed_and_stays_on_the_bed(run):
     assert grain.velocity[:, 0].max() > 1e-4
     assert grain.angular_velocity[:, 2].min() < -1e-4
     # It sits in its pocket at y = 1.311 (touching) or 1.545 (rpm, nearly 2h above the bed). Within
-    # 0.6 time units the flow, slower than 1 there, moves it by a few tenths at most, and a model
-    # that shoots it off or lets it sink would be seen.
+    # about one time unit the flow, slower than 1 there, moves it by a few tenths at most, and a
+    # model that shoots it off or lets it sink would be seen.
     start = 1.545 if run.name.startswith("rpm") else 1.311
     assert grain.position[0, 1] == pytest.approx(start, abs=2e-3)
     assert grain.position[:, 1].min() > start - 0.03
