@@ -16,6 +16,9 @@ class Mobility {
   /// Reads the fixes that stand in the script now.
   explicit Mobility(LAMMPS_NS::LAMMPS* lmp);
 
+  /// Whether all particles answer to forces, so that no mask needs to be looked at.
+  bool all_free() const { return (integrated_ & 1) != 0 && held_ == 0; }
+
   /// @param mask the particle's group mask (atom->mask)
   bool held(int mask) const { return (mask & integrated_) == 0 || (mask & held_) != 0; }
 

@@ -128,7 +128,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
       calibrate(s, mass, approach, h);
       h.settling = now;
       h.lost = 0;
-    } else if (h.settling >= 0) {
+    } else if (h.settling >= 0 && update->ntimestep % settling_stride == 0) {
       settle(s, mass, now, h);
     }
     const bedload::contact::ActmStep done = bedload::contact::actm_step(
@@ -180,9 +180,10 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     const double target = bearing_stiffness(s);
     const double overlap = s.deltan - h.birth_overlap;
     const double per_stiffness = bedload::contact::elastic_energy(1.0, overlap);
-    const double rise =
-        std::min(std::min(target, h.stiffness * (1 + update->dt / collision_time)) - h.stiffness,
-                 h.lost / per_stiffness);
+    const double rise = std::min(
+        std::min(target, h.stiffness * (1 + settling_stride * update->dt / collision_time)) -
+            h.stiffness,
+        h.lost / per_stiffness);
     if (rise > 0) {
       h.lost -= rise * per_stiffness;
       stiffen(s, mass, h.stiffness + rise, h);
@@ -237,10 +238,13 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
 
   /// Reduced mass, with held partners infinitely heavy; 0 if both are held.
   double effective_mass(const SurfacesIntersectData& s) const {
+    if (mobility_.all_free()) return s.meff;
     const double inverse = mobility_.inverse_mass(atom->mask[s.i], s.mi) +
                            (s.is_wall ? 0.0 : mobility_.inverse_mass(atom->mask[s.j], s.mj));
     return inverse > 0 ? 1 / inverse : 0.0;
   }
+
+  static constexpr int settling_stride = 8;  ///< steps between two looks at an enduring contact
 
   /// A contact that is hit this many times faster than it was calibrated for would last less than
   /// half of T_c (T ~ u^{-1/5}) and may not be resolved: it becomes softer then. That takes elastic

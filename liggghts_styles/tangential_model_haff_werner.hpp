@@ -48,7 +48,8 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
   void surfacesIntersect(const SurfacesIntersectData& s, ForceData& i_forces,
                          ForceData& j_forces) override {
     const double slip[3] = {s.vtr1, s.vtr2, s.vtr3};
-    act(s, s.en, slip, std::abs(s.Fn), s.cri, s.is_wall ? 0.0 : s.crj, i_forces, j_forces);
+    const double mass = mobility_.all_free() ? s.meff : effective_mass(s);
+    act(s, s.en, slip, std::abs(s.Fn), mass, s.cri, s.is_wall ? 0.0 : s.crj, i_forces, j_forces);
   }
 
   void surfacesClose(SurfacesCloseData& s, ForceData& i_forces, ForceData& j_forces) override {
@@ -74,12 +75,19 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     const double slip[3] = {v[0] - vn * n[0] + n[1] * w[2] - n[2] * w[1],
                             v[1] - vn * n[1] + n[2] * w[0] - n[0] * w[2],
                             v[2] - vn * n[2] + n[0] * w[1] - n[1] * w[0]};
-    act(s, n, slip, normal_force, arm_i, arm_j, i_forces, j_forces);
+    act(s, n, slip, normal_force, effective_mass(s), arm_i, arm_j, i_forces, j_forces);
   }
 
  private:
+  /// Reduced mass, with held partners and walls infinitely heavy; 0 if nothing can move [kg].
+  double effective_mass(const SurfacesCloseData& s) const {
+    const double wi = mobility_.inverse_mass(atom->mask[s.i], atom->rmass[s.i]);
+    const double wj = s.is_wall ? 0.0 : mobility_.inverse_mass(atom->mask[s.j], atom->rmass[s.j]);
+    return wi + wj > 0 ? 1 / (wi + wj) : 0.0;
+  }
+
   void act(const SurfacesCloseData& s, const double* n, const double* slip, double normal_force,
-           double arm_i, double arm_j, ForceData& i_forces, ForceData& j_forces) {
+           double mass, double arm_i, double arm_j, ForceData& i_forces, ForceData& j_forces) {
     if (s.contact_flags) *s.contact_flags |= CONTACT_TANGENTIAL_MODEL;
     double* memory = s.contact_history + force_;
     double& step = s.contact_history[step_];
@@ -87,7 +95,7 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
 
     double f[3] = {0, 0, 0};
     if (s.computeflag && s.shearupdate) {
-      step_force(s, slip, normal_force, f);
+      step_force(s, slip, normal_force, mass, f);
       std::copy_n(f, 3, memory);
       step = now;
     } else if (step == now && now > 0) {
@@ -107,27 +115,26 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     }
   }
 
-  void step_force(const SurfacesCloseData& s, const double* slip, double normal_force,
+  void step_force(const SurfacesCloseData& s, const double* slip, double normal_force, double mass,
                   double* f) const {
     const double speed = std::sqrt(slip[0] * slip[0] + slip[1] * slip[1] + slip[2] * slip[2]);
-    if (speed == 0 || normal_force == 0) return;
-    const double inverse_mass = bedload::contact::tangential_inverse_mass(
-        mobility_.inverse_mass(atom->mask[s.i], atom->rmass[s.i]),
-        s.is_wall ? 0.0 : mobility_.inverse_mass(atom->mask[s.j], atom->rmass[s.j]));
-    if (inverse_mass == 0) return;
-    const double force = bedload::contact::haff_werner_step_force(
-        damping(inverse_mass), speed, friction_(s.itype, s.jtype), normal_force, inverse_mass,
-        update->dt);
-    for (int d = 0; d < 3; ++d) f[d] = -force * slip[d] / speed;
+    if (speed == 0 || normal_force == 0 || mass == 0) return;
+    const double felt = bedload::contact::tangential_mass(mass);
+    const double friction = friction_(s.itype, s.jtype);
+    const double dt = update->dt;
+    const double force = damping_setting_ > 0
+                             ? bedload::contact::haff_werner_step_force(
+                                   damping_setting_, speed, friction, normal_force, felt, dt)
+                             : bedload::contact::haff_werner_relaxing_force(
+                                   relaxation(dt), speed, friction, normal_force, felt, dt);
+    const double scale = -force / speed;
+    for (int d = 0; d < 3; ++d) f[d] = scale * slip[d];
   }
 
-  /// d_t: as given, or such that slip dies away within a fluid step, M_t / Δt_fluid, and not faster
-  /// than in four DEM steps, which is stable for a sphere that touches twelve others.
-  double damping(double inverse_mass) const {
-    if (damping_setting_ > 0) return damping_setting_;
-    const double relaxation =
-        std::max(fluid_step_.known() ? fluid_step_.get() : 0.0, 4 * update->dt);
-    return 1 / (inverse_mass * relaxation);
+  /// Default of d_t as a time: slip dies away within a fluid step, and not faster than in four DEM
+  /// steps, which is stable for a sphere that touches twelve others.
+  double relaxation(double dt) const {
+    return std::max(fluid_step_.known() ? fluid_step_.get() : 0.0, 4 * dt);
   }
 
   int force_ = 0, step_ = 0;

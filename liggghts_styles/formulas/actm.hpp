@@ -79,15 +79,16 @@ struct ActmStep {
 inline ActmStep actm_step(const ActmCoefficients& c, double overlap, double approach, double mass,
                           double dt, bool first_step) {
   const double spring = c.stiffness * overlap * std::sqrt(overlap);
+  const double kick = dt / mass;
   const auto force = [&](double part) {
-    return (spring + part * c.damping * approach) / (1 + 0.5 * part * c.damping * dt / mass);
+    return (spring + part * c.damping * approach) / (1 + 0.5 * part * c.damping * kick);
   };
   if (first_step) {
     const double travel = approach * dt;
     return {force(0.5 + (overlap < travel ? overlap / travel : 1.0)), false};
   }
   const double whole = force(1.0);
-  const double departure = -(approach - whole * dt / mass) * dt;  // way apart in the coming step
+  const double departure = -(approach - whole * kick) * dt;  // way apart in the coming step
   if (overlap < departure) return {force(0.5 + overlap / departure), true};
   return {whole, false};
 }

@@ -15,11 +15,9 @@
 /// Valid range: any Δt, see haff_werner_step_force.
 namespace bedload::contact {
 
-/// 1/M_t [1/kg] of two spheres; a partner that cannot move enters with inverse mass 0.
-/// @param inverse_mass_i, inverse_mass_j 1/m_p and 1/m_q [1/kg]
-inline double tangential_inverse_mass(double inverse_mass_i, double inverse_mass_j) {
-  return 3.5 * (inverse_mass_i + inverse_mass_j);
-}
+/// M_t [kg] of two spheres: 1/M_t = 7/2 (1/m_p + 1/m_q) = 7/(2 m).
+/// @param effective_mass m [kg]; that of the other where one partner cannot move
+inline double tangential_mass(double effective_mass) { return 2.0 / 7.0 * effective_mass; }
 
 /// |F_t| [N] from the formula.
 inline double haff_werner_force(double damping, double slip_speed, double friction, double normal) {
@@ -31,10 +29,18 @@ inline double haff_werner_force(double damping, double slip_speed, double fricti
 ///     F_t = min(d_t |g_t|⁻ / (1 + d_t Δt/M_t), μ |F_n|)
 /// so that friction stops the slip but never turns it, whatever Δt; d_t Δt/M_t << 1 gives the
 /// formula back.
+/// @param mass M_t [kg]
 inline double haff_werner_step_force(double damping, double slip_speed, double friction,
-                                     double normal, double inverse_mass, double dt) {
-  return haff_werner_force(damping / (1 + damping * dt * inverse_mass), slip_speed, friction,
-                           normal);
+                                     double normal, double mass, double dt) {
+  return haff_werner_force(damping / (1 + damping * dt / mass), slip_speed, friction, normal);
+}
+
+/// The same for a damping that is given as the time T in which slip dies away, d_t = M_t/T:
+///     F_t = min(M_t |g_t|⁻ / (T + Δt), μ |F_n|).
+/// @param mass M_t [kg]
+inline double haff_werner_relaxing_force(double relaxation, double slip_speed, double friction,
+                                         double normal, double mass, double dt) {
+  return haff_werner_force(mass / (relaxation + dt), slip_speed, friction, normal);
 }
 
 }  // namespace bedload::contact

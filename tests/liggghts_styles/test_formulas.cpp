@@ -112,16 +112,18 @@ TEST(Rpm, FormulaAndStrength) {
 TEST(HaffWerner, CapsAndStops) {
   EXPECT_DOUBLE_EQ(haff_werner_force(2, 3, 0.15, 10), 1.5);
   EXPECT_DOUBLE_EQ(haff_werner_force(2, 0.3, 0.15, 10), 0.6);
-  // A sphere on a wall: M_t = 2/7 m. A pair of equal ones: 1/7 m.
-  EXPECT_DOUBLE_EQ(1 / tangential_inverse_mass(1 / 3.0, 0), 3.0 * 2 / 7);
-  EXPECT_DOUBLE_EQ(1 / tangential_inverse_mass(1 / 3.0, 1 / 3.0), 3.0 / 7);
-  const double inverse_mass = 3.5;
+  // M_t of a sphere on a wall: 1/M_t = 1/m + R²/I with I = 2/5 m R².
+  EXPECT_DOUBLE_EQ(1 / tangential_mass(3.0), (1 + 2.5) / 3.0);
+  const double mass = 2.0 / 7;
   for (const double dt : {1e-6, 1e-2, 1e3}) {
-    const double f = haff_werner_step_force(40, 0.2, 1e9, 1, inverse_mass, dt);
-    EXPECT_GE(0.2 - f * dt * inverse_mass, 0);
+    const double f = haff_werner_step_force(40, 0.2, 1e9, 1, mass, dt);
+    EXPECT_GE(0.2 - f * dt / mass, 0);
     if (dt == 1e-6) {
       EXPECT_NEAR(f / (40 * 0.2), 1, 2e-4);
     }
+    // A damping and its relaxation time are the same thing.
+    EXPECT_NEAR(haff_werner_relaxing_force(mass / 40, 0.2, 1e9, 1, mass, dt) / f, 1, 1e-12);
+    EXPECT_DOUBLE_EQ(haff_werner_relaxing_force(1e-9, 0.2, 0.1, 3, mass, 1e-9), 0.3);
   }
 }
 
