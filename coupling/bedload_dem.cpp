@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <csignal>
-#include <memory>
-#include <span>
+#include <cstdio>
+#include <optional>
 #include <string_view>
 
 #include "coupling/attach.hpp"
@@ -28,6 +28,10 @@ __attribute__((visibility("default"))) void LAMMPS_NS::LAMMPS::post_create() {
 namespace bedload {
 namespace {
 
+constexpr const char* early_end =
+    "the LIGGGHTS script came to its end before the fluid did; it needs a fix couple/fluid and "
+    "behind it coupled_run (without 'steps' for the last one).";
+
 /// Ctrl-C, or a batch system's warning, lets plain LIGGGHTS end after its present step. In a
 /// coupled job the partner would wait for it, so there the signal ends the process and with it the
 /// job.
@@ -36,6 +40,36 @@ void handle_signals_as_liggghts_does() {
   std::signal(SIGTERM, LAMMPS_NS::SignalHandler::int_handler);
   std::signal(SIGUSR1, LAMMPS_NS::SignalHandler::usr1_handler);
 }
+
+/// Speaks when LIGGGHTS ends the process on its own (`quit` in the script) without having reported
+/// an error: it calls MPI_Finalize, which first asks for the attributes of MPI_COMM_SELF, the
+/// latest first; the one of LiggghtsProgram then ends the job.
+class LastWord {
+ public:
+  explicit LastWord(const QuietScreen& screen) : screen_(screen) {
+    MPI_Comm_create_keyval(MPI_COMM_NULL_COPY_FN, speak, &key_, nullptr);
+    MPI_Comm_set_attr(MPI_COMM_SELF, key_, this);
+  }
+  ~LastWord() {
+    silent_ = true;
+    MPI_Comm_delete_attr(MPI_COMM_SELF, key_);
+    MPI_Comm_free_keyval(&key_);
+  }
+  LastWord(const LastWord&) = delete;
+  LastWord& operator=(const LastWord&) = delete;
+
+ private:
+  static int speak(MPI_Comm, int, void* self, void*) {
+    const auto& word = *static_cast<LastWord*>(self);
+    if (!word.silent_ && !word.screen_.saw_error())
+      std::fprintf(stderr, "\n%s: %s\n", program_name(Program::dem), early_end);
+    return MPI_SUCCESS;
+  }
+
+  const QuietScreen& screen_;
+  int key_ = MPI_KEYVAL_INVALID;
+  bool silent_ = false;
+};
 
 void run_script(Job& job, int argc, char** argv) {
   DemSide side(job);
@@ -50,16 +84,15 @@ void run_script(Job& job, int argc, char** argv) {
       return word == "-screen" || word == "-sc";
     });
     QuietScreen quiet;
+    std::optional<LastWord> last_word;
+    if (!job.alone() && job.rank() == 0 && !own_screen) last_word.emplace(quiet);
     LAMMPS_NS::LAMMPS lammps(argc, argv, job.own());
     check_styles(&lammps);
     if (!job.alone() && !own_screen && lammps.screen != nullptr) lammps.screen = quiet.stream();
     lammps.input->file();
   }
   program.finish();
-  if (!job.alone() && !side.stopped())
-    throw UserError(
-        "the LIGGGHTS script came to its end before the fluid did; it needs a fix couple/fluid and "
-        "behind it coupled_run (without 'steps' for the last one).");
+  if (!job.alone() && !side.stopped()) throw UserError(early_end);
 }
 
 }  // namespace

@@ -27,6 +27,7 @@ void QuietScreen::take(const char* text, std::size_t size) {
       line_ += c;
       continue;
     }
+    saw_error_ = saw_error_ || line_.starts_with("ERROR");
     if (line_.starts_with("ERROR") || line_.starts_with("WARNING"))
       std::fprintf(stderr, "\n%s: %s\n", program_name(Program::dem), line_.c_str());
     line_.clear();

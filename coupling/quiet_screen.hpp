@@ -16,12 +16,15 @@ class QuietScreen {
   QuietScreen& operator=(const QuietScreen&) = delete;
 
   FILE* stream() const { return stream_; }
+  /// Whether an error was reported.
+  bool saw_error() const { return saw_error_; }
 
  private:
   void take(const char* text, std::size_t size);
 
   FILE* stream_;
   std::string line_;
+  bool saw_error_ = false;
 };
 
 }  // namespace bedload
