@@ -46,7 +46,7 @@ void put_real_together(int columns, const Real* in, Real* __restrict a) {
 }  // namespace
 
 template <class Real>
-PlaneTransform<Real>::PlaneTransform(const Grid& grid)
+PlaneTransform<Real>::PlaneTransform(const Grid& grid, MPI_Comm comm)
     : nx_(grid.cells[0]), nz_(grid.cells[2]), columns_((nx_ + 1) / 2) {
   const std::size_t n = static_cast<std::size_t>(nx_);
   real_pitch_ = round_up(n + 1, cache_line / sizeof(Real));
@@ -66,10 +66,12 @@ PlaneTransform<Real>::PlaneTransform(const Grid& grid)
   const auto along_x = [&](Raw* in, Raw* out, int sign) {
     return FourierPlan<Real>(Fftw<Real>::plan(nx_, 1, in, 1, nx_, out, 1, nx_, sign));
   };
-  forward_z_ = along_z(FFTW_FORWARD);
-  inverse_z_ = along_z(FFTW_BACKWARD);
-  forward_x_ = along_x(scratch, in_row, FFTW_FORWARD);
-  inverse_x_ = along_x(in_row, scratch, FFTW_BACKWARD);
+  plan_alike<Real>(comm, [&] {
+    forward_z_ = along_z(FFTW_FORWARD);
+    inverse_z_ = along_z(FFTW_BACKWARD);
+    forward_x_ = along_x(scratch, in_row, FFTW_FORWARD);
+    inverse_x_ = along_x(in_row, scratch, FFTW_BACKWARD);
+  });
 }
 
 template <class Real>

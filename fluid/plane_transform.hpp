@@ -1,5 +1,7 @@
 #pragma once
 
+#include <mpi.h>
+
 #include <complex>
 #include <vector>
 
@@ -28,7 +30,8 @@ class PlaneTransform {
  public:
   using Complex = std::complex<Real>;
 
-  explicit PlaneTransform(const Grid& grid);
+  /// Collective over `comm`, whose ranks get the same plans.
+  PlaneTransform(const Grid& grid, MPI_Comm comm);
 
   int nx() const { return nx_; }
   int nz() const { return nz_; }

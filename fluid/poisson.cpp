@@ -64,7 +64,7 @@ Real* reals(std::complex<Real>* z) {
 
 template <class Real>
 PoissonSolver<Real>::PoissonSolver(const Grid& grid, const Decomposition& decomposition)
-    : transform_(grid),
+    : transform_(grid, decomposition.comm()),
       reduced_(grid, decomposition, mode_eigenvalues(transform_)),
       planes_(decomposition.planes()),
       coupled_below_(!decomposition.at_lower_wall()),
