@@ -265,19 +265,21 @@ void Channel<Real>::sweep_down(const Correction& correction) {
   velocity_.relabel(-1);
 }
 
-/// p + phi where the predictor had the old pressure gradient, phi itself where it had none (the
-/// projection then yields the same velocity, and phi of the last stage is the pressure).
+/// p + s phi where the predictor had the old pressure gradient (s < 1: the whole would make spheres
+/// swing by their added mass, spheres/README.md), phi itself where it had none (the projection then
+/// yields the same velocity, and phi of the last stage is the pressure).
 template <class Real>
 void Channel<Real>::update_pressure(int j, PressureUse use) {
   if (use == PressureUse::none) return;
   const int nx = grid_.cells[0];
+  const Real share = static_cast<Real>(settings_.spheres.pressure_share);
   for (int k = 0; k < grid_.cells[2]; ++k) {
     const Real* phi = poisson_.solution_row(j, k);
     Real* p = pressure_.row(j, k);
     if (use == PressureUse::replace)
       for (int i = 0; i < nx; ++i) p[i] = phi[i];
     else
-      for (int i = 0; i < nx; ++i) p[i] += phi[i];
+      for (int i = 0; i < nx; ++i) p[i] += share * phi[i];
     p[-1] = p[nx - 1];
     p[nx] = p[0];
   }

@@ -63,6 +63,7 @@ struct Settings {
     int forcing_loops = 1;
     double slip_tolerance = 0.0;
     double retraction = -1.0;
+    double pressure_share = 0.25;
   } spheres;
   struct Accuracy {
     std::string precision = "double";
