@@ -10,7 +10,7 @@ from job import BIN, SCENES, command, run
 
 SCENE = SCENES / "pocket"
 LAYOUTS = [(1, 1), (2, 1), (3, 2)]
-STEPS = 80
+STEPS = 300
 BOX = np.array([4.0, np.inf, 2.0])  # periods
 
 
@@ -60,7 +60,7 @@ def test_same_on_all_ranks(folders):
         across = np.isfinite(BOX)
         apart[:, 0, across] = np.minimum(apart[:, 0, across],
                                          np.abs(BOX[across] - apart[:, 0, across]))
-        # Sums over ranks in another order round to 1e-16; eighty steps, two collisions among
+        # Sums over ranks in another order round to 1e-16; three hundred steps, two collisions among
         # them, let it grow some hundredfold (seen: 5e-14 in motion, 1e-12 in forces of size 1 to
         # 10, which are differences of momenta over 1/100). A wrong term would show as 1e-3.
         assert apart[:, :3].max() < 1e-11
