@@ -13,13 +13,22 @@
 #include "fluid/wall_ghosts.hpp"
 
 namespace bedload {
+namespace {
+
+int rank_count(MPI_Comm comm) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  return ranks;
+}
+
+}  // namespace
 
 template <class Real>
 Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
                        std::span<const SphereState> spheres)
     : settings_(settings),
       grid_(make_grid(settings)),
-      slabs_(grid_, comm, plane_cost(grid_, spheres)),
+      slabs_(grid_, comm, plane_cost(grid_, spheres, rank_count(comm))),
       velocity_(grid_, slabs_.planes(), 3, 1),
       tendency_(grid_, slabs_.planes(), 3),
       pressure_(grid_, slabs_.planes(), 1),

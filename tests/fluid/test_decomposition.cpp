@@ -5,6 +5,7 @@
 
 #include "fluid/decomposition.hpp"
 #include "fluid/errors.hpp"
+#include "fluid/plane_cost.hpp"
 #include "tests/fluid/flow_case.hpp"
 
 namespace bedload {
@@ -134,6 +135,21 @@ TEST(FieldLayout, RelabelMovesPlanesWithoutTouchingThem) {
   field.relabel(-1);
   EXPECT_EQ(field.row(1, 2, 1)[3], 5.0f);
   EXPECT_EQ(reinterpret_cast<std::uintptr_t>(field.row(0, 0, 0)) % cache_line, 0u);
+}
+
+// The phases of a stage wait for each other. Few markers at the floor all go to one rank, whose
+// share of the cells stays one half; so many that they rule are halved instead, at the price of the
+// cells.
+TEST(PlaneCost, WeighsTheSlowestRankOfEachPhase) {
+  const Grid grid{.cells = {16, 20, 16}, .length = {1.6, 2.0, 1.6}, .h = 0.1};
+  const auto second_slab = [&](int spheres) {
+    const std::vector<SphereState> bed(static_cast<std::size_t>(spheres),
+                                       {.position = {0.8, 0.4, 0.8}, .radius = 0.4});
+    return divide_planes(plane_cost(grid, bed, 2), 2).at(1);
+  };
+  EXPECT_EQ(second_slab(0), 10);
+  EXPECT_EQ(second_slab(1), 10);
+  EXPECT_EQ(second_slab(1000), 4);
 }
 
 }  // namespace
