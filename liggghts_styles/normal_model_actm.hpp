@@ -21,10 +21,13 @@ inline constexpr int BEDLOAD_ACTM = 20;
 /// doc/normal_actm.md.
 ///
 /// Contact history, zero while there is no contact:
-///   actm_k, actm_d        stiffness and damping of this contact
-///   actm_birth_overlap    overlap from which the contact counts (0 but for spheres put into
-///   overlap) actm_speed            calibration speed actm_force            normal force of the
-///   last step actm_step             number of the last step in contact
+/// - actm_k, actm_d: stiffness and damping of this contact
+/// - actm_birth_overlap: overlap from which it counts (0 but for spheres put into overlap)
+/// - actm_speed: speed that it was calibrated for
+/// - actm_force: normal force of the last step
+/// - actm_step: number of the last step in contact
+/// - actm_settling: step at which it began, -1 once it is stiff enough to bear the weight
+/// - actm_lost: energy that its damping has dissipated and no stiffening has used
 template <>
 class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
  public:
