@@ -15,6 +15,7 @@ from .build import FOLDER, ROOT, build
 from .errors import UserError, unknown
 from .machine import processors
 from .scenes import DEFAULT, all_scenes, choose_model, find_scene
+from .studies import all_studies, run_study
 
 PYTHON = ["/usr/bin/python3", "-I", "-B"]
 
@@ -94,6 +95,21 @@ def bench(options: argparse.Namespace) -> int:
     return 0
 
 
+def study(options: argparse.Namespace) -> int:
+    studies = all_studies()
+    if options.name is None:
+        width = max(map(len, studies), default=0)
+        for name, sentence in studies.items():
+            print(f"  {name:<{width}}  {sentence}")
+        return 0
+    if options.name not in studies:
+        raise unknown("study", options.name, studies)
+    build()
+    return run_study(
+        options.name, options.arguments, lambda prog, text: Parser(prog=prog, description=text)
+    )
+
+
 def parser() -> tuple[Parser, dict[str, Parser]]:
     """The parser and its subcommands by name."""
     top = Parser(
@@ -138,6 +154,13 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
         "name", nargs="?", metavar="NAME", help="only this one: a kernel, or a scene's time step"
     )
     sub.add_argument("--ranks", metavar="FLUID:DEM", help="MPI ranks (default: every core)")
+
+    sub = command("study", study, "run a series of runs that answers one question, and its report")
+    sub.add_argument("name", nargs="?", metavar="NAME", help="which one (none: list them)")
+    sub.add_argument(
+        "arguments", nargs=argparse.REMAINDER, metavar="...",
+        help="the study's own options (`./bedload study NAME --help` lists them)",
+    )  # fmt: skip
     return top, commands.choices
 
 

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from bedload_launcher import cli, job, machine, scenes
+from bedload_launcher import cli, job, machine, scenes, studies
 from bedload_launcher.errors import UserError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -183,3 +183,12 @@ def test_only_missing_packages_are_installed(tmp_path):
 
 def test_nothing_is_asked_of_apt_when_all_is_there(tmp_path):
     assert bare_system(tmp_path, listed_packages()) == []
+
+
+def test_a_study_is_a_module_with_run_and_its_first_sentence(tmp_path, monkeypatch):
+    (tmp_path / "drag.py").write_text('"""How drag converges\nwith D/h.\n\nMore."""\ndef run(o): ...\n')
+    (tmp_path / "helper.py").write_text('"""No study."""\n')
+    monkeypatch.setattr(studies, "FOLDER", tmp_path)
+    assert studies.all_studies() == {"drag": "How drag converges with D/h."}
+    with pytest.raises(UserError, match="no study 'darg'; the nearest is 'drag'"):
+        studies.run_study("darg", [], None)

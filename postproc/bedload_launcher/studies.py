@@ -1,0 +1,37 @@
+"""Studies by name: the modules of postproc/bedload_studies, imported only when one is run.
+
+They need packages (numpy, matplotlib) that the launcher itself, which may still have to build, does
+without.
+"""
+
+import argparse
+import ast
+import importlib
+from collections.abc import Sequence
+
+from .build import ROOT
+from .errors import unknown
+
+FOLDER = ROOT / "postproc" / "bedload_studies"
+
+
+def all_studies() -> dict[str, str]:
+    """Name and first sentence of each study; a module without `run` is a helper of the others."""
+    found = {}
+    for file in sorted(FOLDER.glob("[!_]*.py")):
+        module = ast.parse(file.read_text(encoding="utf-8"))
+        if any(isinstance(part, ast.FunctionDef) and part.name == "run" for part in module.body):
+            text = " ".join((ast.get_docstring(module) or "").split("\n\n")[0].split())
+            found[file.stem] = text
+    return found
+
+
+def run_study(name: str, arguments: Sequence[str], make_parser) -> int:
+    """Runs study `name` with its own `arguments`; `make_parser(prog, description)` gives the parser."""
+    studies = all_studies()
+    if name not in studies:
+        raise unknown("study", name, studies)
+    module = importlib.import_module(f"bedload_studies.{name}")
+    parser: argparse.ArgumentParser = make_parser(f"bedload study {name}", studies[name])
+    module.add_options(parser)
+    return module.run(parser.parse_args(arguments))
