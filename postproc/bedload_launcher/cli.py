@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import NoReturn
 
 from . import bench as measure
+from . import estimate as predict
 from . import job
 from .build import FOLDER, ROOT, build
 from .errors import UserError, unknown
-from .machine import processors
+from .machine import available_memory, processors
 from .scenes import DEFAULT, all_scenes, choose_model, find_scene
 from .studies import all_studies, run_study
 
@@ -95,6 +96,18 @@ def bench(options: argparse.Namespace) -> int:
     return 0
 
 
+def estimate(options: argparse.Namespace) -> int:
+    scene = find_scene(options.scene)
+    model = choose_model(scene, options.model)
+    ranks = job.Ranks.parse(options.ranks)
+    cells = scene.cells(options.set)
+    build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
+    say = lambda text: print(text, file=sys.stderr, flush=True)  # noqa: E731
+    cost = predict.estimate(scene, model, ranks, options.set, cells, say)
+    print(predict.describe(cost, ranks, scene.moves_grains, available_memory()))
+    return 0
+
+
 def study(options: argparse.Namespace) -> int:
     studies = all_studies()
     if options.name is None:
@@ -143,6 +156,12 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
         "--out", type=Path, metavar="DIR", help="output folder (default: runs/SCENE-MODEL)"
     )
     sub.add_argument("--no-pictures", action="store_true", help="numbers only at the end")
+
+    sub = command("estimate", estimate, "say what a scene needs in memory and time before it is run")
+    sub.add_argument("scene", nargs="?", default=DEFAULT, metavar="SCENE", help="as for run")
+    sub.add_argument("--model", help="as for run")
+    sub.add_argument("--ranks", metavar="FLUID:DEM", help="as for run")
+    sub.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as for run")
 
     sub = command("test", test, "build everything and pass the tests")
     sub.add_argument("--only", metavar="REGEX", help="only the tests whose name matches")

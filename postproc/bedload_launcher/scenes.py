@@ -1,6 +1,8 @@
 """Scenes (folders with a fluid.toml) and collision models (inputs/models/*.liggghts)."""
 
 import re
+import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,6 +42,19 @@ class Scene:
             re.MULTILINE,
         )
         return found[1] if found else None
+
+    def cells(self, overrides: Sequence[str] = ()) -> tuple[int, int, int]:
+        """Cells along x, y and z by fluid.toml and by the last of `overrides` that says otherwise."""
+        text = (self.folder / "fluid.toml").read_text(encoding="utf-8")
+        try:
+            cells = tomllib.loads(text)["grid"]["cells"]
+            for line in overrides:
+                if line.split("=")[0].strip() == "grid.cells":
+                    cells = tomllib.loads(line)["grid"]["cells"]
+            nx, ny, nz = (int(n) for n in cells)
+        except (tomllib.TOMLDecodeError, KeyError, TypeError, ValueError):
+            raise UserError(f"{self.folder}/fluid.toml: grid.cells must be three numbers.") from None
+        return nx, ny, nz
 
     def summary(self) -> str:
         """The first sentence of the scene's README, its title left out."""

@@ -1,0 +1,80 @@
+"""The estimate of a scene's cost: grids of the trials, scaling by part, memory as a line."""
+
+import math
+
+import pytest
+from bedload_launcher import estimate
+from bedload_launcher.errors import UserError
+from bedload_launcher.trial import Trial
+
+
+def trial(cells, parts, fluid_bytes=0, output=0.0):
+    settings = {
+        "grid": {"cells": list(cells)},
+        "time": {"step": 0.1, "end": 10.0},
+        "output": {"fields_every": 5.0},
+    }
+    return Trial(settings, 10, parts, output, fluid_bytes, 7)
+
+
+@pytest.mark.parametrize("cells", [(160, 90, 80), (1040, 180, 540), (512, 512, 512), (97, 97, 97)])
+def test_trial_grids_keep_the_proportions_and_fit(cells):
+    grids = estimate.smaller_grids(cells)
+    assert len(grids) == 2
+    for grid in grids:
+        assert math.prod(grid) <= estimate.MANY_CELLS
+        assert grid[0] * cells[1] == cells[0] * grid[1]
+        assert grid[0] * cells[2] == cells[0] * grid[2]
+    large, small = (math.prod(g) for g in grids)
+    assert large / 8.1 <= small <= large / 2
+    # The largest that fits: one unit more along each edge would not.
+    unit = math.gcd(*cells)
+    next_up = [n // unit * (grids[0][0] * unit // cells[0] + 1) for n in cells]
+    assert math.prod(next_up) > estimate.MANY_CELLS or grids[0] == cells
+
+
+def test_a_small_scene_is_its_own_trial_and_nothing_is_scaled():
+    assert estimate.smaller_grids((160, 90, 80))[0] == (160, 90, 80)
+    parts = {"markers": 2.0, "pressure": 3.0, "exchange": 0.1}
+    e = estimate.from_trials((160, 90, 80), [trial((160, 90, 80), parts)])
+    assert e.step_seconds == pytest.approx(5.1)
+
+
+def test_a_grid_without_smaller_ones_is_refused_in_one_sentence():
+    with pytest.raises(UserError, match="1009 x 1013 x 1019 cells have no smaller grid"):
+        estimate.smaller_grids((1009, 1013, 1019))
+
+
+def test_each_part_is_scaled_by_its_own_law():
+    """Twice the cells per edge: volumes 8, surfaces 4, transforms 8 log(4 n^2)/log(n^2), grains 1."""
+    parts = {"fluid predictor": 1.0, "markers": 1.0, "exchange": 1.0, "pressure": 1.0}
+    e = estimate.from_trials((128, 128, 128), [trial((64, 64, 64), parts)])
+    assert e.step_seconds == pytest.approx(8 + 4 + 1 + 8 * 14 / 12)
+
+
+def test_memory_is_a_line_in_the_cells_and_output_goes_by_volume():
+    trials = [
+        trial((40, 40, 40), {}, fluid_bytes=10e6 + 80 * 40**3, output=0.5),
+        trial((20, 20, 20), {}, fluid_bytes=10e6 + 80 * 20**3),
+    ]
+    e = estimate.from_trials((80, 80, 80), trials)
+    assert e.fluid_bytes == pytest.approx(10e6 + 80 * 80**3)
+    assert e.dem_bytes == 7
+    assert e.steps == 100
+    assert e.output_seconds == pytest.approx(3 * 8 * 0.5)  # t = 5, 10 and the end
+
+
+def test_repeats_give_the_least_time_and_the_most_memory():
+    best = estimate.fastest(
+        [trial((8, 8, 8), {"a": 1.0, "b": 3.0}, 5), trial((8, 8, 8), {"a": 2.0, "b": 1.0}, 9)]
+    )
+    assert best.step_parts == {"a": 1.0, "b": 1.0}
+    assert best.fluid_bytes == 9
+
+
+def test_durations_and_memory_read_well():
+    assert estimate.duration(41) == "41.0 s"
+    assert estimate.duration(600) == "10.0 min"
+    assert estimate.duration(3 * 86400) == "3.0 days"
+    assert estimate.memory(2.5e9) == "2.50 GB"
+    assert estimate.memory(81e6) == "81 MB"
