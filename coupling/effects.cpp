@@ -51,6 +51,10 @@ std::vector<EffectRow> effects_of(const Settings& s, const Acquaintance* dem) {
       row("convection", convection,
           convection ? "the flow has inertia" : "fluid.convection is \"off\""),
       driving(s)};
+  if (s.fringe.rate > 0.0)
+    rows.push_back(row("fringe", true,
+                       fmt::format("stream of {} from x = {} to {}", s.fringe.velocity,
+                                   s.fringe.begin, s.fringe.end)));
   if (dem == nullptr) {
     rows.push_back(row("spheres", false, "this job has no bedload-dem"));
     return rows;

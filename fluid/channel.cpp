@@ -34,6 +34,7 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
       pressure_(grid_, slabs_.planes(), 1),
       predictor_(velocity_, tendency_, pressure_),
       poisson_(grid_, slabs_),
+      fringe_(settings.fringe, grid_),
       zeros_(static_cast<std::size_t>(grid_.cells[0]), Real(0)),
       dt_(settings.time.step) {
   check_settings();
@@ -171,6 +172,7 @@ void Channel<Real>::predict(int stage) {
   begin_stage(stage);
   for (int j = 0; j < slabs_.planes(); ++j) predict_plane(j);
   velocity_.relabel(1);
+  budget_.walls += fringe_.apply(velocity_, stage_step(stage));
 }
 
 template <class Real>
@@ -194,6 +196,10 @@ void Channel<Real>::project(int stage) {
 
 template <class Real>
 void Channel<Real>::advance_stage(int stage) {
+  if (fringe_.on()) {
+    predict(stage);
+    return project(stage);
+  }
   begin_stage(stage);
   local_sum_ = 0.0;
   for (int j = 0; j < slabs_.planes(); ++j) {

@@ -11,6 +11,7 @@
 
 #include "fluid/decomposition.hpp"
 #include "fluid/field.hpp"
+#include "fluid/fringe.hpp"
 #include "fluid/grid.hpp"
 #include "fluid/poisson.hpp"
 #include "fluid/predictor.hpp"
@@ -106,7 +107,7 @@ class Channel {
   struct MomentumBudget {
     double begin = 0.0;       ///< sum at the begin of the step, all ranks
     double given = 0.0;       ///< by driving and spheres, all ranks
-    double walls = 0.0;       ///< by wall stress, this rank's share
+    double walls = 0.0;       ///< by wall stress and fringe, this rank's share
     double walls_last = 0.0;  ///< wall term of the tendency of the stage before, this rank's share
   };
 
@@ -144,6 +145,7 @@ class Channel {
   Field<Real> velocity_, tendency_, pressure_;
   Predictor<Real> predictor_;
   PoissonSolver<Real> poisson_;
+  Fringe<Real> fringe_;
   std::vector<Real> zeros_;
   std::unique_ptr<ImmersedBoundary<Real>> boundary_;
   ForcingReport forcing_;

@@ -87,6 +87,15 @@ void declare_keys(Settings& s, Visitor& key) {
              "Mean of u over the whole box (spheres included), kept constant.");
   key.number("flow.pressure_gradient", s.flow.pressure_gradient, "M/(L^2 T^2)", any, Need::optional,
              "Constant driving force per volume along x.");
+  key.number("fringe.rate", s.fringe.rate, "1/T", not_negative, Need::optional,
+             "Largest rate at which a region along x draws the flow to a uniform stream, so that "
+             "wakes do not come back through periodic ends; 0: no such region.");
+  key.number("fringe.begin", s.fringe.begin, "L", not_negative, Need::optional,
+             "Where that region begins along x.");
+  key.number("fringe.end", s.fringe.end, "L", not_negative, Need::optional,
+             "Where it ends along x.");
+  key.number("fringe.velocity", s.fringe.velocity, "L/T", any, Need::optional,
+             "Velocity of that stream along x.");
   key.word("start.from", s.start.from, start_words, "Field that the run starts from.");
   key.text("start.file", s.start.file,
            "State to start from (start.from = \"state\"), beside fluid.toml; interpolated when its "
@@ -367,6 +376,16 @@ void check_together(const Settings& s) {
     if (v != 0.0) fail("a y wall moves in its own plane; its y velocity must be 0.");
   if (s.flow.driving != Driving::none && !is_periodic(s.boundary.x))
     fail("'flow.driving' needs 'boundary.x' = \"periodic\".");
+  if (s.fringe.rate > 0.0) {
+    if (!is_periodic(s.boundary.x)) fail("'fringe.rate' needs 'boundary.x' = \"periodic\".");
+    if (!(s.fringe.begin < s.fringe.end && s.fringe.end <= s.grid.length[0]))
+      fail(
+          fmt::format("the fringe reaches from 'fringe.begin' = {} to 'fringe.end' = {}, but must "
+                      "lie within [0, {}] along x.",
+                      s.fringe.begin, s.fringe.end, s.grid.length[0]));
+  } else if (s.fringe.end > 0.0) {
+    fail("'fringe.end' is set, but 'fringe.rate' is 0, so that there is no fringe.");
+  }
   if (s.start.from == Start::state && s.start.file.empty())
     fail("'start.from' is \"state\", but 'start.file' is missing.");
 }

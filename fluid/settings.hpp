@@ -47,6 +47,12 @@ struct Settings {
     double bulk_velocity = 0.0;
     double pressure_gradient = 0.0;
   } flow;
+  struct Fringe {
+    double rate = 0.0;
+    double begin = 0.0;
+    double end = 0.0;
+    double velocity = 0.0;
+  } fringe;
   struct Start_ {
     Start from = Start::rest;
     std::string file;
