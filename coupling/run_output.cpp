@@ -11,6 +11,7 @@
 #include "fluid/output/derived_numbers.hpp"
 #include "fluid/output/settings_file.hpp"
 #include "fluid/output/state_file.hpp"
+#include "fluid/output/statistics_file.hpp"
 #include "fluid/output/timing.hpp"
 
 namespace bedload {
@@ -55,6 +56,12 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
       spheres_due_(settings_.output.spheres_every, simulation.channel().time()),
       fields_(folder, simulation.channel().grid(), simulation.channel().decomposition()) {
   const MPI_Comm comm = simulation_.channel().comm();
+  if (settings_.statistics.every > 0) {
+    const Channel<Real>& channel = simulation_.channel();
+    statistics_ =
+        std::make_unique<Statistics<Real>>(settings_, channel.grid(), channel.decomposition());
+    statistics_phase_ = simulation_.timing().add_phase("statistics");
+  }
   const DerivedNumbers numbers = derive_numbers(settings_);
   on_first_rank(comm, [&] { write_settings_file(folder_, settings_, numbers); });
   if (!simulation_.spheres().empty())
@@ -69,7 +76,16 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
 }
 
 template <class Real>
+void RunOutput<Real>::take_statistics() {
+  const Channel<Real>& channel = simulation_.channel();
+  const int every = settings_.statistics.every;
+  if (channel.step() % every == 0 && channel.time() >= settings_.statistics.from)
+    statistics_->sample(view(), simulation_.spheres(), every * channel.time_step());
+}
+
+template <class Real>
 void RunOutput<Real>::after_step() {
+  if (statistics_) simulation_.timing().measure(statistics_phase_, [&] { take_statistics(); });
   simulation_.timing().measure(phase_, [&] {
     const Channel<Real>& channel = simulation_.channel();
     worst_residual_ = std::max(worst_residual_, simulation_.momentum_residual());
@@ -88,9 +104,14 @@ void RunOutput<Real>::after_step() {
 template <class Real>
 void RunOutput<Real>::finish(const std::string& time_line) {
   const MPI_Comm comm = simulation_.channel().comm();
+  FlowStatistics flow;
   simulation_.timing().measure(phase_, [&] {
     if (fields_step_ != simulation_.channel().step()) fields_.write(view());
     write_state(folder_ + "/state.h5", view());
+    if (statistics_ && statistics_->samples() > 0) {
+      flow = statistics_->result();
+      on_first_rank(comm, [&] { write_statistics(folder_, flow); });
+    }
     on_first_rank(comm, [&] {
       if (spheres_) spheres_->flush();
       write_text_file(folder_ + "/timeline.csv", time_line);
@@ -130,6 +151,7 @@ HistoryRow RunOutput<Real>::history_row() const {
   Channel<Real>& channel = simulation_.channel();
   const Slip slip = channel.slip();
   const double driving = channel.driving_force();
+  const std::array<double, 2> wall_stress = channel.wall_stress();
   return {.step = channel.step(),
           .time = channel.time(),
           .dt = channel.time_step(),
@@ -139,6 +161,8 @@ HistoryRow RunOutput<Real>::history_row() const {
           .kinetic_energy = channel.kinetic_energy() / channel.grid().volume(),
           .u_tau_driving =
               u_tau_of_driving(driving, settings_.reference.height, settings_.fluid.density),
+          .wall_stress_lower = wall_stress[0],
+          .wall_stress_upper = wall_stress[1],
           .max_divergence = channel.max_divergence(),
           .slip_max = slip.max,
           .slip_rms = slip.rms,

@@ -12,6 +12,7 @@
 #include "fluid/output/progress.hpp"
 #include "fluid/output/sphere_writer.hpp"
 #include "fluid/settings.hpp"
+#include "fluid/statistics.hpp"
 
 namespace bedload {
 
@@ -52,6 +53,7 @@ class RunOutput {
   ProgressState progress_state() const;
   void write_spheres();
   void write_history();
+  void take_statistics();
 
   std::string folder_;
   Simulation<Real>& simulation_;
@@ -64,6 +66,8 @@ class RunOutput {
   std::int64_t fields_step_ = -1;
   double worst_residual_ = 0.0;  ///< since the last row of history.csv
   FieldWriter fields_;
+  std::unique_ptr<Statistics<Real>> statistics_;  ///< where the scene asks for them
+  std::size_t statistics_phase_ = 0;
   std::unique_ptr<SphereWriter> spheres_;
   std::unique_ptr<History> history_;    ///< first rank only
   std::unique_ptr<Progress> progress_;  ///< first rank only

@@ -126,6 +126,14 @@ void declare_keys(Settings& s, Visitor& key) {
              "Time between samples of the mobile spheres; 0: every step.");
   key.integer("output.history_every", s.output.history_every, "-", Range{1, 1 << 30},
               "Steps between rows of history.csv.");
+  key.integer("statistics.every", s.statistics.every, "-", Range{0, 1 << 30},
+              "Steps between samples of the flow statistics; 0: none are taken.");
+  key.number("statistics.from", s.statistics.from, "T", not_negative, Need::optional,
+             "Time at which the statistics begin.");
+  key.list("statistics.spectra_heights", s.statistics.spectra_heights, "L", not_negative,
+           "Heights y at which spectra along x and z are taken.");
+  key.integer("statistics.spectra_every", s.statistics.spectra_every, "-", Range{1, 1 << 30},
+              "Samples of the statistics between two of the spectra.");
   key.number("reference.velocity", s.reference.velocity, "L/T", positive, Need::optional,
              "Velocity u_b of the derived numbers.");
   key.number("reference.height", s.reference.height, "L", positive, Need::optional,
@@ -205,6 +213,15 @@ class Reader {
       const toml::array& list = list_of_three(name, *node);
       for (std::size_t d = 0; d < 3; ++d) values[d] = read_number(name, list[d], range);
     }
+  }
+  void list(std::string_view name, std::vector<double>& values, std::string_view, Range range,
+            std::string_view) {
+    const toml::node* node = take(name);
+    if (!node) return;
+    const toml::array* list = node->as_array();
+    if (!list) fail(name, *node, "a list of numbers in brackets");
+    values.clear();
+    for (const toml::node& entry : *list) values.push_back(read_number(name, entry, range));
   }
   template <class Enum>
   void word(std::string_view name, Enum& value, const Words<Enum>& words, std::string_view) {
@@ -325,6 +342,13 @@ class Writer {
                       toml_number(values[2])),
           unit, allowed(range, need), meaning);
   }
+  void list(std::string_view name, const std::vector<double>& values, std::string_view unit,
+            Range range, std::string_view meaning) {
+    std::vector<std::string> numbers;
+    for (const double value : values) numbers.push_back(toml_number(value));
+    line_(name, fmt::format("[{}]", fmt::join(numbers, ", ")), unit,
+          fmt::format("any number of numbers, each {}", range.text()), meaning);
+  }
   template <class Enum>
   void word(std::string_view name, const Enum& value, const Words<Enum>& words,
             std::string_view meaning) {
@@ -386,6 +410,12 @@ void check_together(const Settings& s) {
   } else if (s.fringe.end > 0.0) {
     fail("'fringe.end' is set, but 'fringe.rate' is 0, so that there is no fringe.");
   }
+  if (s.statistics.every == 0 && !s.statistics.spectra_heights.empty())
+    fail("'statistics.spectra_heights' needs 'statistics.every' above 0.");
+  for (const double height : s.statistics.spectra_heights)
+    if (height >= s.grid.length[1])
+      fail(fmt::format("'statistics.spectra_heights' holds {}, but the box is {} high.", height,
+                       s.grid.length[1]));
   if (s.start.from == Start::state && s.start.file.empty())
     fail("'start.from' is \"state\", but 'start.file' is missing.");
 }

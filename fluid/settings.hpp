@@ -79,6 +79,12 @@ struct Settings {
     double spheres_every = 0.0;
     int history_every = 10;
   } output;
+  struct Statistics {
+    int every = 0;
+    double from = 0.0;
+    std::vector<double> spectra_heights;
+    int spectra_every = 1;
+  } statistics;
   struct Reference {
     double velocity = 1.0;
     double height = 1.0;

@@ -18,6 +18,8 @@ struct HistoryRow {
   double driving = 0.0;            ///< mean driving force per volume along x [M/(L^2 T^2)]
   double kinetic_energy = 0.0;     ///< of the whole box [M L^2/T^2]
   double u_tau_driving = 0.0;      ///< sqrt(driving times depth / density) [L/T]
+  double wall_stress_lower = 0.0;  ///< mean of the lower y wall along x [M/(L T^2)]
+  double wall_stress_upper = 0.0;
   double max_divergence = 0.0;     ///< largest |div u| [1/T]
   double slip_max = 0.0;           ///< largest slip of a marker [L/T]
   double slip_rms = 0.0;           ///< [L/T]
@@ -42,6 +44,8 @@ inline constexpr std::tuple history_columns{
     HistoryColumn<double>{"driving", &HistoryRow::driving},
     HistoryColumn<double>{"kinetic_energy", &HistoryRow::kinetic_energy},
     HistoryColumn<double>{"u_tau_driving", &HistoryRow::u_tau_driving},
+    HistoryColumn<double>{"wall_stress_lower", &HistoryRow::wall_stress_lower},
+    HistoryColumn<double>{"wall_stress_upper", &HistoryRow::wall_stress_upper},
     HistoryColumn<double>{"max_divergence", &HistoryRow::max_divergence},
     HistoryColumn<double>{"slip_max", &HistoryRow::slip_max},
     HistoryColumn<double>{"slip_rms", &HistoryRow::slip_rms},
