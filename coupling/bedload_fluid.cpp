@@ -45,7 +45,7 @@ void start_from_state(Channel<Real>& channel) {
   channel.restored(0.0, 0, state.header.driving, state.interpolated);
 }
 
-/// Steps from now to time.end, or as many as the command line allows.
+/// Steps from now to time.end with the present time step, or as many as the command line allows.
 template <class Real>
 std::int64_t count_steps(const Channel<Real>& channel, std::int64_t most) {
   const double left = channel.settings().time.end - channel.time();
@@ -73,17 +73,24 @@ void simulate(Job& job, const FluidOptions& options, const Settings& settings, F
   Simulation<Real> simulation(settings, job.own(), partner,
                               dem ? dem->spheres : std::vector<SphereState>{});
   if (settings.start.from == Start::state) start_from_state(simulation.channel());
-  const std::int64_t steps = count_steps(simulation.channel(), options.steps);
-  RunOutput<Real> output(options.out, simulation, simulation.channel().step() + steps,
-                         effects_of(settings, dem));
+  const std::int64_t most = options.steps;
+  std::int64_t left = count_steps(simulation.channel(), most);
+  // With a step that follows the flow the end is known in advance only by its time.
+  const bool countable = settings.time.cfl == 0.0 || most >= 0;
+  RunOutput<Real> output(
+      options.out, simulation,
+      countable ? std::optional(simulation.channel().step() + left) : std::nullopt,
+      effects_of(settings, dem));
   std::string line;
-  for (std::int64_t step = 0; step < steps; ++step) {
-    const bool last = step + 1 == steps;
+  for (std::int64_t made = 0; left > 0;) {
+    const bool last = left == 1;
     const double began = clock_seconds();
     if (last) simulation.timing().record_step();
     simulation.make_step(last);
     if (last) line = time_line(simulation, simulation.timing().stop_recording(), began);
     output.after_step();
+    ++made;
+    left = last ? 0 : count_steps(simulation.channel(), most < 0 ? most : most - made);
   }
   if (partner) partner->stop();
   output.finish(line);

@@ -55,6 +55,10 @@ std::vector<EffectRow> effects_of(const Settings& s, const Acquaintance* dem) {
     rows.push_back(row("fringe", true,
                        fmt::format("stream of {} from x = {} to {}", s.fringe.velocity,
                                    s.fringe.begin, s.fringe.end)));
+  rows.push_back(row("statistics", s.statistics.every > 0,
+                     s.statistics.every > 0 ? fmt::format("sampled every {} steps from t = {}",
+                                                          s.statistics.every, s.statistics.from)
+                                            : "statistics.every is 0"));
   if (dem == nullptr) {
     rows.push_back(row("spheres", false, "this job has no bedload-dem"));
     return rows;

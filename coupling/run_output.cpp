@@ -44,7 +44,8 @@ bool RunOutput<Real>::Rhythm::due(double now, double time_step) {
 
 template <class Real>
 RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulation,
-                           std::int64_t last_step, const std::vector<EffectRow>& effects)
+                           std::optional<std::int64_t> last_step,
+                           const std::vector<EffectRow>& effects)
     : folder_(folder),
       simulation_(simulation),
       settings_(simulation.channel().settings()),
@@ -80,7 +81,7 @@ void RunOutput<Real>::take_statistics() {
   const Channel<Real>& channel = simulation_.channel();
   const int every = settings_.statistics.every;
   if (channel.step() % every == 0 && channel.time() >= settings_.statistics.from)
-    statistics_->sample(view(), simulation_.spheres(), every * channel.time_step());
+    statistics_->sample(view(), simulation_.spheres(), every * channel.last_time_step());
 }
 
 template <class Real>
@@ -89,8 +90,7 @@ void RunOutput<Real>::after_step() {
   simulation_.timing().measure(phase_, [&] {
     const Channel<Real>& channel = simulation_.channel();
     worst_residual_ = std::max(worst_residual_, simulation_.momentum_residual());
-    if (channel.step() % settings_.output.history_every == 0 || channel.step() == last_step_)
-      write_history();
+    if (channel.step() % settings_.output.history_every == 0) write_history();
     if (spheres_due_.due(channel.time(), channel.time_step())) write_spheres();
     if (settings_.output.fields_every > 0.0 &&
         fields_due_.due(channel.time(), channel.time_step())) {
@@ -106,6 +106,7 @@ void RunOutput<Real>::finish(const std::string& time_line) {
   const MPI_Comm comm = simulation_.channel().comm();
   FlowStatistics flow;
   simulation_.timing().measure(phase_, [&] {
+    if (history_step_ != simulation_.channel().step()) write_history();
     if (fields_step_ != simulation_.channel().step()) fields_.write(view());
     write_state(folder_ + "/state.h5", view());
     if (statistics_ && statistics_->samples() > 0) {
@@ -121,6 +122,7 @@ void RunOutput<Real>::finish(const std::string& time_line) {
   on_first_rank(comm, [&] {
     write_timing(folder_, times);
     progress_->finish(progress_state());
+    if (flow.samples > 0) fmt::print("\n{}", statistics_summary(flow));
     fmt::print("\n{}\nOutput: {}\n", timing_table(times), folder_);
   });
 }
@@ -144,6 +146,7 @@ void RunOutput<Real>::write_history() {
   const HistoryRow row = history_row();
   if (first_rank_) history_->add(row);
   worst_residual_ = 0.0;
+  history_step_ = row.step;
 }
 
 template <class Real>
@@ -154,7 +157,7 @@ HistoryRow RunOutput<Real>::history_row() const {
   const std::array<double, 2> wall_stress = channel.wall_stress();
   return {.step = channel.step(),
           .time = channel.time(),
-          .dt = channel.time_step(),
+          .dt = channel.last_time_step(),
           .cfl = channel.cfl(),
           .bulk_velocity = channel.bulk_velocity(),
           .driving = driving,

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,9 +26,9 @@ template <class Real>
 class RunOutput {
  public:
   /// Writes settings.toml and the spheres at the start into a folder that exists, prints the
-  /// effects.
-  RunOutput(const std::string& folder, Simulation<Real>& simulation, std::int64_t last_step,
-            const std::vector<EffectRow>& effects);
+  /// effects. `last_step`: where it is known in advance.
+  RunOutput(const std::string& folder, Simulation<Real>& simulation,
+            std::optional<std::int64_t> last_step, const std::vector<EffectRow>& effects);
 
   /// After each step: what is due.
   void after_step();
@@ -59,12 +60,12 @@ class RunOutput {
   Simulation<Real>& simulation_;
   const Settings& settings_;
   bool first_rank_;
-  std::int64_t last_step_;
+  std::optional<std::int64_t> last_step_;
   std::vector<EffectRow> effects_;
   std::size_t phase_;
   Rhythm fields_due_, spheres_due_;
-  std::int64_t fields_step_ = -1;
-  double worst_residual_ = 0.0;  ///< since the last row of history.csv
+  std::int64_t fields_step_ = -1, history_step_ = -1;  ///< of the last one written
+  double worst_residual_ = 0.0;                        ///< since the last row of history.csv
   FieldWriter fields_;
   std::unique_ptr<Statistics<Real>> statistics_;  ///< where the scene asks for them
   std::size_t statistics_phase_ = 0;

@@ -36,7 +36,8 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
       poisson_(grid_, slabs_),
       fringe_(settings.fringe, grid_),
       zeros_(static_cast<std::size_t>(grid_.cells[0]), Real(0)),
-      dt_(settings.time.step) {
+      dt_(settings.time.step),
+      dt_made_(dt_) {
   check_settings();
   if (settings_.flow.driving == Driving::pressure_gradient)
     driving_ = settings_.flow.pressure_gradient / settings_.fluid.density;
@@ -67,12 +68,11 @@ void Channel<Real>::check_settings() const {
           fmt::format("{}: 'boundary.{}' has walls, but this solver takes walls along y "
                       "only; set it to \"periodic\".",
                       settings_.file, name));
-  const double diffusion = 12.0 * settings_.fluid.kinematic_viscosity * dt_ / (grid_.h * grid_.h);
-  if (diffusion > real_limit)
+  if (settings_.time.cfl == 0.0 && dt_ > diffusion_limit())
     throw UserError(
         fmt::format("{}: 'time.step' is {}, but explicit diffusion is stable only up to "
                     "{:.4g} with this viscosity and cell size.",
-                    settings_.file, dt_, dt_ * real_limit / diffusion));
+                    settings_.file, dt_, diffusion_limit()));
 }
 
 template <class Real>
@@ -309,6 +309,7 @@ void Channel<Real>::fill_ghosts() {
 template <class Real>
 void Channel<Real>::finish_step() {
   time_ += dt_;
+  dt_made_ = dt_;
   ++step_;
   driving_ = driving_this_step_;
   double sums[2] = {local_sum_, budget_.walls};
@@ -319,7 +320,29 @@ void Channel<Real>::finish_step() {
   const double scale = fastest_ * grid_.cell_count();
   const double residual = streamwise_sum_ - budget_.begin - budget_.given - sums[1];
   momentum_residual_ = scale > 0.0 ? residual / scale : residual;
+  choose_time_step();
   check_field();
+}
+
+/// With time.cfl, the longest of the steps time.step 2^(-n/16), n = 0, 1, .., that keeps to it and
+/// to the limit of explicit diffusion. Few lengths, so that what depends on the step is seldom made
+/// anew; and a function of the present field alone, so that a run that is continued takes the same.
+template <class Real>
+void Channel<Real>::choose_time_step() {
+  if (settings_.time.cfl == 0.0 || !std::isfinite(fastest_)) return;
+  constexpr double lengths_per_octave = 16.0;
+  const double longest = settings_.time.step;
+  const double by_diffusion = diffusion_limit();
+  const double by_convection = fastest_ > 0.0 ? settings_.time.cfl * grid_.h / fastest_ : longest;
+  const double wanted = std::min({longest, by_diffusion, by_convection});
+  const double n = std::ceil(lengths_per_octave * std::log2(longest / wanted) - 1e-9);
+  dt_ = longest * std::exp2(-n / lengths_per_octave);
+}
+
+/// Longest step that explicit diffusion is stable with [T].
+template <class Real>
+double Channel<Real>::diffusion_limit() const {
+  return real_limit * grid_.h * grid_.h / (12.0 * settings_.fluid.kinematic_viscosity);
 }
 
 /// Names the first value that is not finite.
@@ -395,6 +418,7 @@ void Channel<Real>::measure_start() {
   streamwise_sum_ = streamwise_sum(velocity_, slabs_);
   fastest_ = largest_local_speed(velocity_);
   MPI_Allreduce(MPI_IN_PLACE, &fastest_, 1, MPI_DOUBLE, MPI_MAX, comm());
+  choose_time_step();
   check_field();
 }
 

@@ -44,8 +44,10 @@ class Channel {
   /// New position, velocity and spin of mobile spheres, by tag.
   void move_spheres(std::span<const SphereState> moved);
 
-  /// Length of the step about to be made [T].
+  /// Length of the step about to be made [T]: time.step, or what time.cfl allows.
   double time_step() const { return dt_; }
+  /// Length of the step made last [T].
+  double last_time_step() const { return dt_made_; }
   /// Explicit momentum predictor u* of one Runge-Kutta stage.
   void predict(int stage);
   /// Forces the fluid to the spheres' motion; returns the mobile spheres' loads, complete on every
@@ -136,6 +138,8 @@ class Channel {
   void project_start_field();
   double local_wall_sum() const;
   void measure_start();
+  void choose_time_step();
+  double diffusion_limit() const;
   void check_field() const;
   [[noreturn]] void report_not_finite() const;
 
@@ -150,7 +154,7 @@ class Channel {
   std::unique_ptr<ImmersedBoundary<Real>> boundary_;
   ForcingReport forcing_;
 
-  double dt_, time_ = 0.0;
+  double dt_, dt_made_, time_ = 0.0;
   std::int64_t step_ = 0;
   double driving_ = 0.0;            ///< acceleration along x, mean of the last step
   double driving_predicted_ = 0.0;  ///< the part that the predictor has given already

@@ -16,6 +16,7 @@
 #include <string_view>
 
 #include "fluid/errors.hpp"
+#include "fluid/runge_kutta.hpp"
 
 namespace bedload {
 namespace {
@@ -107,7 +108,10 @@ void declare_keys(Settings& s, Visitor& key) {
   key.number("start.disturbance", s.start.disturbance, "-", Range{0.0, 1.0}, Need::optional,
              "Disturbance added to the profile, in start.velocity.");
   key.integer("start.seed", s.start.seed, "-", not_negative, "Seed of the disturbance.");
-  key.number("time.step", s.time.step, "T", positive, Need::required, "Time step of the fluid.");
+  key.number("time.step", s.time.step, "T", positive, Need::required,
+             "Time step of the fluid; with time.cfl the longest one allowed.");
+  key.number("time.cfl", s.time.cfl, "-", Range{0.0, imaginary_limit}, Need::optional,
+             "CFL number (|u|+|v|+|w|) dt/h that the time step follows; 0: time.step throughout.");
   key.number("time.end", s.time.end, "T", not_negative, Need::required, "Time at which it ends.");
   key.integer("spheres.forcing_loops", s.spheres.forcing_loops, "-", Range{1, 20},
               "Most interpolate-force-spread loops per stage.");
@@ -410,6 +414,8 @@ void check_together(const Settings& s) {
   } else if (s.fringe.end > 0.0) {
     fail("'fringe.end' is set, but 'fringe.rate' is 0, so that there is no fringe.");
   }
+  if (s.time.cfl > 0.0 && s.fluid.convection == Switch::off)
+    fail("'time.cfl' needs the convective term, but 'fluid.convection' is \"off\".");
   if (s.statistics.every == 0 && !s.statistics.spectra_heights.empty())
     fail("'statistics.spectra_heights' needs 'statistics.every' above 0.");
   for (const double height : s.statistics.spectra_heights)

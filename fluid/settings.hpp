@@ -63,6 +63,7 @@ struct Settings {
   } start;
   struct Time {
     double step = 0.0;
+    double cfl = 0.0;
     double end = 0.0;
   } time;
   struct Spheres {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <set>
 
 #include "fluid/errors.hpp"
 #include "fluid/start_field.hpp"
@@ -73,6 +74,36 @@ TEST(UserMistakes, AFieldThatIsNotFiniteStopsTheRunAtOnceWithItsPlace) {
       complaint([&] { advance(channel, 1); }),
       AllOf(HasSubstr("step 0"), HasSubstr("not finite"),
             ContainsRegex("near cell .[234], [456], [123].")) /* (3, 5, 2) or a neighbour */);
+}
+
+/// With time.cfl the step follows the flow: as long as allowed, up to one rung of its ladder.
+TEST(TimeStep, FollowsTheCflNumber) {
+  Settings s = box({24, 16, 20}, 1.0 / 16, 1e-3, 0.2);
+  disturb(s, 1.0, 0.4);
+  s.flow.driving = Driving::pressure_gradient;
+  s.flow.pressure_gradient = 0.2;
+  s.time.cfl = 1.2;
+  Channel<double> channel(s, MPI_COMM_WORLD);
+  double passed = 0.0;
+  std::set<double> lengths;
+  for (int n = 0; n < 60; ++n) {
+    EXPECT_LE(channel.cfl(), 1.2 * (1 + 1e-12));
+    EXPECT_GT(channel.cfl(), 1.2 / std::exp2(1.0 / 16) * (1 - 1e-12));
+    passed += channel.time_step();
+    lengths.insert(channel.time_step());
+    advance(channel, 1);
+  }
+  EXPECT_NEAR(channel.time(), passed, 1e-12);
+  EXPECT_GE(lengths.size(), 3u);   // the flow is driven faster and faster
+  EXPECT_LE(lengths.size(), 20u);  // and changes its step seldom
+  // The driving force is what speeds it up, whatever the steps.
+  EXPECT_LT(std::abs(channel.momentum_residual()), 1e-13);
+  // At rest nothing but time.step and diffusion limit it: 2.5127 h^2 / (12 nu).
+  s.start.from = Start::rest;
+  s.time.step = 2.0;
+  EXPECT_NEAR(Channel<double>(s, MPI_COMM_WORLD).time_step(), 0.8179, 0.035);
+  s.time.step = 0.3;
+  EXPECT_EQ(Channel<double>(s, MPI_COMM_WORLD).time_step(), 0.3);
 }
 
 /// Convection off: the velocity of a uniform stream plus a shear wave must not move.

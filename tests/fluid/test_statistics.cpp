@@ -1,0 +1,295 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <numeric>
+
+#include "fluid/errors.hpp"
+#include "fluid/statistics.hpp"
+#include "fluid/wall_ghosts.hpp"
+#include "tests/fluid/flow_case.hpp"
+
+namespace bedload {
+namespace {
+
+/// A flow that is written down instead of computed, and the statistics of it.
+struct WrittenFlow {
+  WrittenFlow(const Settings& s, MPI_Comm comm)
+      : settings(s),
+        grid(make_grid(settings)),
+        slabs(grid, comm),
+        velocity(grid, slabs.planes(), 3),
+        pressure(grid, slabs.planes(), 1),
+        statistics(settings, grid, slabs) {}
+
+  /// value(component, place), 3: pressure; ghosts by the periodic ends and the walls.
+  void write(const std::function<double(int, const Vec3&)>& value) {
+    for (int j = 0; j < slabs.planes(); ++j) {
+      for (int k = 0; k < grid.cells[2]; ++k)
+        for (int c = 0; c < 4; ++c)
+          for (int i = 0; i < grid.cells[0]; ++i) {
+            Vec3 place(grid.centre(i), grid.centre(slabs.first() + j), grid.centre(k));
+            if (c < 3) place[c] += 0.5 * grid.h;
+            (c < 3 ? velocity.row(j, k, c) : pressure.row(j, k))[i] = value(c, place);
+          }
+      wrap_x_ghosts(velocity, j);
+    }
+    slabs.exchange(velocity);
+    fill_wall_ghosts(velocity, grid, slabs);
+  }
+  void sample(std::span<const SphereState> spheres = {}, double duration = 1.0) {
+    statistics.sample({grid, slabs, velocity, pressure, time, step, driving}, spheres, duration);
+    time += 1.0;
+    ++step;
+  }
+
+  Settings settings;
+  Grid grid;
+  Decomposition slabs;
+  Field<double> velocity, pressure;
+  Statistics<double> statistics;
+  double time = 0.0, driving = 0.25;
+  std::int64_t step = 0;
+};
+
+Settings periodic_box() {
+  Settings s = box({16, 12, 20}, 0.125, 0.01, 0.01);
+  set_y_ends(s, Wall::periodic, Wall::periodic);
+  s.statistics.every = 1;
+  return s;
+}
+
+/// Waves whose averages are known: each covariance of two components comes from one wave that both
+/// hold; a product on an edge sees each of them through the mean of two points, cos(k h/2).
+TEST(Statistics, CovariancesOfWavesAreExact) {
+  WrittenFlow flow(periodic_box(), MPI_COMM_WORLD);
+  const double h = flow.grid.h, kx = 2 * M_PI / flow.grid.length[0],
+               kz = 2 * M_PI / flow.grid.length[2];
+  const double phase = 0.3;
+  flow.write([&](int c, const Vec3& x) {
+    const double along_x = std::cos(kx * x[0]), along_z = std::cos(kz * x[2]);
+    if (c == 0) return 2.0 + x[1] + 0.5 * along_z;
+    if (c == 1) return 0.1 + 0.4 * std::cos(kz * x[2] + phase) + 0.3 * along_x;
+    if (c == 2) return -1.0 + 0.2 * along_x + 0.6 * std::cos(3 * kz * x[2]);
+    return 7.0 + 0.8 * along_z;
+  });
+  flow.sample();
+  const FlowStatistics s = flow.statistics.result();
+  // u and v share the wave along z, both seen at k; v and w the wave along x, both seen at i.
+  const double tolerance = 1e-13;
+  for (std::size_t j = 0; j < s.y.size(); ++j) {
+    EXPECT_NEAR(s.u[j], 2.0 + s.y[j], tolerance);
+    EXPECT_NEAR(s.w[j], -1.0, tolerance);
+    EXPECT_NEAR(s.p[j], 7.0, tolerance);
+    EXPECT_NEAR(s.uu[j], 0.5 * 0.25, tolerance);
+    EXPECT_NEAR(s.ww[j], 0.5 * (0.04 + 0.36), tolerance);
+    EXPECT_NEAR(s.pp[j], 0.5 * 0.64, tolerance);
+    EXPECT_NEAR(s.uw[j], 0.0, tolerance);
+    EXPECT_EQ(s.fluid[j], 1.0);
+  }
+  for (std::size_t f = 0; f < s.y_face.size(); ++f) {
+    EXPECT_NEAR(s.v[f], 0.1, tolerance);
+    EXPECT_NEAR(s.vv[f], 0.5 * (0.16 + 0.09), tolerance);
+    if (f == 0 || f + 1 == s.y_face.size()) continue;  // x + y jumps at the periodic end
+    EXPECT_NEAR(s.uv[f], 0.5 * 0.5 * 0.4 * std::cos(phase), tolerance);
+    EXPECT_NEAR(s.vw[f], 0.5 * 0.3 * 0.2, tolerance);
+    // Fluxes of the whole: mu du/dy, -rho <u v> with the means in it.
+    EXPECT_NEAR(s.viscous[f], 0.01, tolerance);
+    EXPECT_NEAR(s.turbulent[f], -(s.uv[f] + 0.1 * (2.0 + s.y_face[f])), tolerance);
+  }
+  // An oblique wave with u = -w, both seen through means of two.
+  flow.write([&](int c, const Vec3& x) {
+    return (c == 0 ? 1.0 : c == 2 ? -1.0 : 0.0) * std::cos(kx * x[0] + kz * x[2]);
+  });
+  WrittenFlow oblique(periodic_box(), MPI_COMM_WORLD);
+  oblique.velocity = std::move(flow.velocity);
+  oblique.sample();
+  for (const double uw : oblique.statistics.result().uw)
+    EXPECT_NEAR(uw, -0.5 * std::cos(0.5 * kx * h) * std::cos(0.5 * kz * h), tolerance);
+}
+
+/// Samples count by the time that they stand for.
+TEST(Statistics, SamplesAreWeightedByTheirTime) {
+  WrittenFlow flow(periodic_box(), MPI_COMM_WORLD);
+  for (const auto& [value, duration] : {std::pair{1.0, 3.0}, {5.0, 1.0}}) {
+    flow.write([v = value](int c, const Vec3&) { return c == 0 ? v : 0.0; });
+    flow.sample({}, duration);
+  }
+  const FlowStatistics s = flow.statistics.result();
+  EXPECT_EQ(s.samples, 2);
+  EXPECT_EQ(s.end - s.begin, 1.0);
+  EXPECT_NEAR(s.u[3], 2.0, 1e-14);
+  EXPECT_NEAR(s.uu[3], 3.0, 1e-14);            // (3 * 1 + 25)/4 - 4
+  EXPECT_NEAR(s.acceleration[3], 4.0, 1e-13);  // from 1 to 5 within 1
+}
+
+/// A parabola between two walls: the stress is the straight line from one wall to the other, and
+/// nothing is left that spheres would have to do.
+TEST(Statistics, PoiseuilleFlowHasItsStress) {
+  const double gradient = 0.25, height = 1.5, viscosity = 0.01;
+  Settings s = box({16, 12, 20}, 0.125, viscosity, 0.01);
+  set_y_ends(s, Wall::no_slip, Wall::no_slip);
+  s.fluid.density = 2.0;
+  s.reference.height = 0.5 * height;
+  WrittenFlow flow(s, MPI_COMM_WORLD);
+  // The discrete solution: the parabola at the centres, raised so that the mirrored ghost cancels.
+  const double h = flow.grid.h, curvature = gradient / (2.0 * viscosity * 2.0);
+  flow.write([&](int c, const Vec3& x) {
+    return c == 0 ? curvature * (x[1] * (height - x[1]) + 0.25 * h * h) : 0.0;
+  });
+  flow.sample();
+  const FlowStatistics r = flow.statistics.result();
+  EXPECT_NEAR(r.wall_stress[0], 0.5 * gradient * height, 1e-13);
+  EXPECT_NEAR(r.wall_stress[1], 0.5 * gradient * height, 1e-13);
+  EXPECT_NEAR(r.u_tau, std::sqrt(0.5 * gradient * height / 2.0), 1e-13);
+  EXPECT_NEAR(r.re_tau, r.u_tau * 0.5 * height / viscosity, 1e-12);
+  EXPECT_LT(r.stress_defect, 1e-12);
+  EXPECT_NEAR(r.driving, gradient, 1e-15);
+  for (std::size_t f = 0; f < r.y_face.size(); ++f)
+    EXPECT_NEAR(r.viscous[f], gradient * (0.5 * height - r.y_face[f]), 1e-13);
+  for (const double force : r.spheres) EXPECT_NEAR(force, 0.0, 1e-12);
+}
+
+/// In a flow that computes itself, what driving, viscous and turbulent stress give a plane is what
+/// it speeds up by: the scheme's own fluxes balance, whatever the flow looks like.
+TEST(Statistics, MomentumOfEachPlaneBalances) {
+  Settings s = box({24, 16, 20}, 1.0 / 16, 1e-3, 0.002);
+  disturb(s, 1.0, 0.4);
+  s.flow.driving = Driving::bulk_velocity;
+  s.flow.bulk_velocity = 1.0;
+  Channel<double> channel(s, MPI_COMM_WORLD);
+  advance(channel, 2);
+  Statistics<double> statistics(channel.settings(), channel.grid(), channel.decomposition());
+  // The trapezoidal rule over time, as the balance is one of the time between two samples.
+  const auto view = [&] {
+    return FlowView<double>{channel.grid(),         channel.decomposition(), channel.velocity(),
+                            channel.pressure(),     channel.time(),          channel.step(),
+                            channel.driving_force()};
+  };
+  const int steps = 10;
+  statistics.sample(view(), {}, 0.5);
+  for (int n = 1; n <= steps; ++n) {
+    advance(channel, 1);
+    statistics.sample(view(), {}, n == steps ? 0.5 : 1.0);
+  }
+  const FlowStatistics r = statistics.result();
+  double largest = 0.0, turbulent = 0.0, gained = 0.0;
+  for (std::size_t j = 0; j < r.y.size(); ++j) {
+    const double flux = (r.turbulent[j + 1] - r.turbulent[j]) * 16;
+    largest = std::max(largest, std::abs(r.spheres[j]));
+    turbulent = std::max(turbulent, std::abs(flux));
+    gained = std::max(gained, std::abs(r.acceleration[j]));
+  }
+  EXPECT_GT(turbulent, 0.01);
+  EXPECT_GT(gained, 0.005);
+  // Driving is the mean of a step, the fluxes are those at its ends: first order in the step, 1 %.
+  EXPECT_LT(largest, 0.01 * turbulent);
+}
+
+/// Averages over the fluid alone, and the share of it, with a sphere across the periodic ends.
+TEST(Statistics, SolidPointsAreLeftOut) {
+  Settings settings = box({40, 36, 44}, 0.05, 0.01, 0.01);
+  set_y_ends(settings, Wall::periodic, Wall::periodic);
+  WrittenFlow flow(settings, MPI_COMM_WORLD);
+  const std::vector<SphereState> spheres{{.tag = 1, .position = {0.02, 0.9, 2.15}, .radius = 0.5},
+                                         {.tag = 2, .position = {1.0, 0.1, 1.0}, .radius = 0.45}};
+  const auto inside = [&](const Vec3& x) {
+    for (const SphereState& sphere : spheres) {
+      Vec3 d = x - sphere.position;
+      for (int n = 0; n < 3; ++n) {
+        const double length = flow.grid.length[static_cast<std::size_t>(n)];
+        d[n] -= length * std::round(d[n] / length);
+      }
+      if (d.norm() < sphere.radius) return true;
+    }
+    return false;
+  };
+  flow.write([&](int c, const Vec3& x) { return inside(x) ? 100.0 : 1.0 + c; });
+  flow.sample(spheres);
+  const FlowStatistics s = flow.statistics.result();
+  double solid = 0.0;
+  for (std::size_t j = 0; j < s.y.size(); ++j) {
+    EXPECT_NEAR(s.u[j], 1.0, 1e-12);
+    EXPECT_NEAR(s.w[j], 3.0, 1e-12);
+    EXPECT_NEAR(s.p[j], 4.0, 1e-12);
+    EXPECT_NEAR(s.uu[j], 0.0, 1e-11);
+    EXPECT_NEAR(s.v[j + 1], 2.0, 1e-12);
+    solid += (1.0 - s.fluid[j]) * 0.05 * 2.0 * 2.2;
+  }
+  const double volume = 4.0 / 3.0 * M_PI * (std::pow(0.5, 3) + std::pow(0.45, 3));
+  EXPECT_NEAR(solid, volume, 0.01 * volume);  // points against a surface: h/R cubed or so
+  EXPECT_LT(*std::min_element(s.fluid.begin(), s.fluid.end()), 0.85);
+}
+
+/// E(k) dk of a wave of amplitude A is A^2/2 at its wave number, and all of them make the variance.
+TEST(Statistics, SpectraHoldTheVarianceWhereTheWaveIs) {
+  Settings settings = periodic_box();
+  settings.statistics.spectra_heights = {0.2, 1.4};
+  WrittenFlow flow(settings, MPI_COMM_WORLD);
+  const double kx = 2 * M_PI / flow.grid.length[0], kz = 2 * M_PI / flow.grid.length[2];
+  flow.write([&](int c, const Vec3& x) {
+    return 3.0 + (c + 1.0) * x[1] * std::cos(3 * kx * x[0]) + 0.5 * std::cos(5 * kz * x[2] + 0.1) +
+           0.25 * std::cos(8 * kx * x[0]);  // the shortest wave that 16 cells hold
+  });
+  flow.sample();
+  flow.sample();
+  const FlowStatistics s = flow.statistics.result();
+  ASSERT_EQ(s.spectra.size(), 2u);
+  for (const auto& at : s.spectra)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double y = c == 1 ? at.height + 0.5 * flow.grid.h : at.height;
+      const double wave = 0.5 * std::pow((double(c) + 1.0) * y, 2);
+      EXPECT_NEAR(at.x[c][3] * kx, wave, 1e-12);
+      EXPECT_NEAR(at.z[c][5] * kz, 0.125, 1e-12);
+      EXPECT_NEAR(at.x[c][2], 0.0, 1e-12);
+      // v and w have their x at the centres, half a cell off: the shortest wave vanishes there.
+      const double shortest = c == 0 ? 0.0625 : 0.0;
+      EXPECT_NEAR(std::accumulate(at.x[c].begin(), at.x[c].end(), 0.0) * kx, wave + shortest,
+                  1e-12);
+    }
+}
+
+/// Interrupted and continued, or on any number of ranks: the same numbers.
+TEST(Statistics, GoOnAfterARestartAndDoNotKnowTheRanks) {
+  Settings settings = periodic_box();
+  settings.statistics.spectra_heights = {0.7};
+  const auto shape = [](double t) {
+    return [t](int c, const Vec3& x) {
+      return std::sin(3.0 * x[0] + c + t) + std::cos(2.0 * x[1] * x[2] + t) * (1 + c);
+    };
+  };
+  const std::vector<SphereState> spheres{{.tag = 1, .position = {0.5, 0.8, 0.1}, .radius = 0.4}};
+  WrittenFlow whole(settings, MPI_COMM_SELF), begun(settings, MPI_COMM_WORLD),
+      continued(settings, MPI_COMM_WORLD);
+  for (int n = 0; n < 4; ++n) {
+    whole.write(shape(n));
+    whole.sample(spheres, 0.5 + n);
+    WrittenFlow& part = n < 2 ? begun : continued;
+    if (n == 2) {
+      continued.statistics.restore(begun.statistics.state());
+      continued.time = begun.time;
+    }
+    part.write(shape(n));
+    part.sample(spheres, 0.5 + n);
+  }
+  const FlowStatistics a = whole.statistics.result(), b = continued.statistics.result();
+  EXPECT_EQ(b.samples, 4);
+  EXPECT_EQ(b.begin, a.begin);
+  EXPECT_EQ(b.end, a.end);
+  const auto same = [](const std::vector<double>& x, const std::vector<double>& y) {
+    ASSERT_EQ(x.size(), y.size());
+    for (std::size_t n = 0; n < x.size(); ++n) EXPECT_NEAR(x[n], y[n], 1e-11);
+  };
+  for (const auto member :
+       {&FlowStatistics::u, &FlowStatistics::uu, &FlowStatistics::uv, &FlowStatistics::fluid,
+        &FlowStatistics::turbulent, &FlowStatistics::acceleration, &FlowStatistics::spheres})
+    same(a.*member, b.*member);
+  same(a.spectra[0].x[1], b.spectra[0].x[1]);
+  same(a.spectra[0].z[2], b.spectra[0].z[2]);
+  settings.statistics.spectra_heights = {0.7, 0.9};
+  WrittenFlow other(settings, MPI_COMM_WORLD);
+  EXPECT_THROW(other.statistics.restore(begun.statistics.state()), UserError);
+}
+
+}  // namespace
+}  // namespace bedload
