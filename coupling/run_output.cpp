@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "fluid/errors.hpp"
+#include "fluid/fft_length.hpp"
 #include "fluid/output/agreement.hpp"
 #include "fluid/output/aside_file.hpp"
 #include "fluid/output/derived_numbers.hpp"
@@ -69,8 +70,8 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
     spheres_ = std::make_unique<SphereWriter>(folder_, comm, simulation_.spheres());
   on_first_rank(comm, [&] { history_ = std::make_unique<History>(folder_); });
   if (first_rank_) {
-    fmt::print("{}\n\n{}\n{}\n", settings_.title, derived_as_comments(numbers),
-               effects_table(effects_));
+    fmt::print("{}\n\n{}\n{}\n{}", settings_.title, derived_as_comments(numbers),
+               effects_table(effects_), length_hints(settings_.grid.cells));
     progress_ = std::make_unique<Progress>(progress_state(), stdout);
   }
   write_spheres();

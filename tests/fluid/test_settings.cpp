@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "fluid/errors.hpp"
+#include "fluid/fft_length.hpp"
 #include "fluid/settings.hpp"
 
 namespace bedload {
@@ -59,6 +60,18 @@ TEST(Settings, WrittenValuesReadBackTheSame) {
   EXPECT_EQ(s.title, R"(a "b" \c)");
   const std::string written = settings_as_toml(s);
   EXPECT_EQ(written, settings_as_toml(parse_settings(written, "settings.toml")));
+}
+
+TEST(Lengths, SlowTransformsGetAHint) {
+  for (const int n : {4, 128, 135, 160, 192, 1040, 7 * 11, 64 * 13})
+    EXPECT_EQ(faster_length(n), std::nullopt) << n;
+  EXPECT_EQ(faster_length(134), 135);  // 2 * 67
+  EXPECT_EQ(faster_length(127), 128);
+  EXPECT_EQ(faster_length(121), 120);            // 11 * 11; 122 = 2 * 61
+  EXPECT_EQ(length_hints({128, 131, 160}), "");  // y is not transformed
+  EXPECT_THAT(length_hints({134, 8, 127}),
+              AllOf(HasSubstr("134 cells along x"), HasSubstr("127 cells along z"),
+                    HasSubstr("; 135 would")));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "fluid/bandwidth.hpp"
 #include "fluid/channel.hpp"
 #include "fluid/errors.hpp"
 
@@ -42,26 +43,6 @@ double seconds_of(Work&& work) {
   work();
   MPI_Barrier(MPI_COMM_WORLD);
   return MPI_Wtime() - begin;
-}
-
-double triad_gb_per_s(int repeats) {
-  const std::size_t n =
-      (std::size_t{24} << 20) / static_cast<std::size_t>(ranks_of(MPI_COMM_WORLD));
-  AlignedArray<double> a(n), b(n), c(n);
-  for (std::size_t i = 0; i < n; ++i) b[i] = c[i] = static_cast<double>(i % 7);
-  std::vector<double> rates;
-  double scale = 3.0;
-  for (int repeat = 0; repeat < std::max(5, repeats); ++repeat) {
-    double *to = a.data(), *from = b.data(), *other = c.data();
-    const double seconds = seconds_of([&] {
-      for (std::size_t i = 0; i < n; ++i) to[i] = from[i] + scale * other[i];
-    });
-    scale = 1.0 + a[static_cast<std::size_t>(repeat)] * 1e-9;  // nothing may be left out
-    double elements = static_cast<double>(n);
-    MPI_Allreduce(MPI_IN_PLACE, &elements, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
-    rates.push_back(24e-9 * elements / seconds);
-  }
-  return median(rates);
 }
 
 /// Peak resident memory of this process so far [bytes].
@@ -144,7 +125,7 @@ int run(int argc, char** argv) {
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   for (const std::string& grid : grids)
     for (const std::string& precision : precisions) {
-      const double triad = triad_gb_per_s(repeats);
+      const double triad = triad_bandwidth(MPI_COMM_WORLD, std::max(5, repeats));
       const std::array<int, 3> cells = read_grid(grid);
       const bool single = precision == "single";
       const Row row = single ? measure<float>(cells, seconds, repeats)
