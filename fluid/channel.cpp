@@ -10,7 +10,6 @@
 #include "fluid/plane_cost.hpp"
 #include "fluid/projection.hpp"
 #include "fluid/start_field.hpp"
-#include "fluid/wall_ghosts.hpp"
 
 namespace bedload {
 namespace {
@@ -29,10 +28,11 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
     : settings_(settings),
       grid_(make_grid(settings)),
       slabs_(grid_, comm, plane_cost(grid_, spheres, rank_count(comm))),
+      walls_(grid_),
       velocity_(grid_, slabs_.planes(), 3, 1),
       tendency_(grid_, slabs_.planes(), 3),
       pressure_(grid_, slabs_.planes(), 1),
-      predictor_(velocity_, tendency_, pressure_),
+      predictor_(walls_, velocity_, tendency_, pressure_),
       poisson_(grid_, slabs_),
       fringe_(settings.fringe, grid_),
       zeros_(static_cast<std::size_t>(grid_.cells[0]), Real(0)),
@@ -49,8 +49,9 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
     for (int j = 0; j < slabs_.planes(); ++j)
       for (int k = 0; k < grid_.cells[2]; ++k) {
         Real* u = velocity_.row(j, k, 0);
-        for (int i = -1; i <= grid_.cells[0]; ++i) u[i] += shift;
+        for (int i = 0; i < grid_.cells[0]; ++i) u[i] += shift;
       }
+    close_own_planes();
     fill_ghosts();
   }
   measure_start();
@@ -62,12 +63,6 @@ Channel<Real>::~Channel() = default;
 
 template <class Real>
 void Channel<Real>::check_settings() const {
-  for (const auto& [name, direction] : {std::pair{"x", 0}, {"z", 2}})
-    if (!grid_.periodic(direction))
-      throw UserError(
-          fmt::format("{}: 'boundary.{}' has walls, but this solver takes walls along y "
-                      "only; set it to \"periodic\".",
-                      settings_.file, name));
   if (settings_.time.cfl == 0.0 && dt_ > diffusion_limit())
     throw UserError(
         fmt::format("{}: 'time.step' is {}, but explicit diffusion is stable only up to "
@@ -118,14 +113,20 @@ void Channel<Real>::begin_stage(int stage) {
 /// the sum of the Laplacian.
 template <class Real>
 double Channel<Real>::local_wall_sum() const {
+  const int nx = grid_.cells[0], nz = grid_.cells[2], top = slabs_.planes() - 1;
   double sum = 0.0;
-  const auto add = [&](int ghost, int inner) {
-    for (int k = 0; k < grid_.cells[2]; ++k)
-      sum += row_sum(grid_.cells[0], velocity_.row(ghost, k)) -
-             row_sum(grid_.cells[0], velocity_.row(inner, k));
+  const auto add = [&](int ghost_plane, int ghost_row, int plane, int row) {
+    sum +=
+        row_sum(nx, velocity_.row(ghost_plane, ghost_row)) - row_sum(nx, velocity_.row(plane, row));
   };
-  if (slabs_.at_lower_wall()) add(-1, 0);
-  if (slabs_.at_upper_wall()) add(slabs_.planes(), slabs_.planes() - 1);
+  for (int k = 0; k < nz; ++k) {
+    if (slabs_.at_lower_wall()) add(-1, k, 0, k);
+    if (slabs_.at_upper_wall()) add(top + 1, k, top, k);
+  }
+  for (int j = 0; j <= top && !grid_.periodic(2); ++j) {
+    add(j, -1, j, 0);
+    add(j, nz, j, nz - 1);
+  }
   return sum;
 }
 
@@ -178,8 +179,7 @@ void Channel<Real>::predict(int stage) {
 template <class Real>
 std::vector<SphereLoad> Channel<Real>::force_spheres(int stage) {
   if (!boundary_) return {};
-  slabs_.exchange(velocity_);
-  fill_wall_ghosts(velocity_, grid_, slabs_);
+  fill_ghosts();
   forcing_ = boundary_->force(velocity_, stage_step(stage));
   if (slabs_.at_upper_wall()) close_wall_face(slabs_.planes() - 1);
   budget_.given += stage_step(stage) * forcing_.force_on_fluid[0] /
@@ -264,15 +264,13 @@ void Channel<Real>::sweep_down(const Correction& correction) {
       correct_row(nx, factor, shift, velocity_.component_stride(), velocity_.row(j, k), to, phi,
                   under_wall ? phi : poisson_.solution_row(j + 1, k),
                   poisson_.solution_row(j, k + 1));
-      for (int c = 0; c < 3; ++c) {
-        Real* row = to + static_cast<std::size_t>(c) * velocity_.component_stride();
-        row[-1] = row[nx - 1];
-        row[nx] = row[0];
-      }
+      for (int c = 0; c < 3; ++c)
+        walls_.close_row(to + static_cast<std::size_t>(c) * velocity_.component_stride(), c);
       if (!correction.measure) continue;
       sum += row_sum(nx, to);
       fastest = std::max(fastest, largest_speed(nx, velocity_.component_stride(), to));
     }
+    walls_.close_plane(velocity_, j + 1);
     local_sum_ += sum;
     local_fastest_ = std::max(local_fastest_, static_cast<double>(fastest));
     update_pressure(j, correction.pressure);
@@ -295,15 +293,24 @@ void Channel<Real>::update_pressure(int j, PressureUse use) {
       for (int i = 0; i < nx; ++i) p[i] = phi[i];
     else
       for (int i = 0; i < nx; ++i) p[i] += share * phi[i];
-    p[-1] = p[nx - 1];
-    p[nx] = p[0];
   }
+  walls_.close_scalar(pressure_, j);
 }
 
 template <class Real>
 void Channel<Real>::fill_ghosts() {
   slabs_.exchange(velocity_);
-  fill_wall_ghosts(velocity_, grid_, slabs_);
+  walls_.close_slab(velocity_, slabs_);
+}
+
+/// Ghosts within the own planes, from the own cells alone.
+template <class Real>
+void Channel<Real>::close_own_planes() {
+  for (int j = 0; j < slabs_.planes(); ++j) {
+    for (int k = 0; k < grid_.cells[2]; ++k)
+      for (int c = 0; c < 3; ++c) walls_.close_row(velocity_.row(j, k, c), c);
+    walls_.close_plane(velocity_, j);
+  }
 }
 
 template <class Real>
@@ -319,7 +326,7 @@ void Channel<Real>::finish_step() {
   streamwise_sum_ = sums[0];
   const double scale = fastest_ * grid_.cell_count();
   const double residual = streamwise_sum_ - budget_.begin - budget_.given - sums[1];
-  momentum_residual_ = scale > 0.0 ? residual / scale : residual;
+  momentum_residual_ = !grid_.periodic(0) ? 0.0 : scale > 0.0 ? residual / scale : residual;
   choose_time_step();
   check_field();
 }
@@ -402,7 +409,7 @@ std::array<double, 2> Channel<Real>::wall_stress() const {
 /// One projection over a unit time, from own planes to valid ghosts.
 template <class Real>
 void Channel<Real>::project_start_field() {
-  for (int j = 0; j < slabs_.planes(); ++j) wrap_x_ghosts(velocity_, j);
+  close_own_planes();
   if (slabs_.at_upper_wall()) close_wall_face(slabs_.planes() - 1);
   for (int j = 0; j < slabs_.planes(); ++j)
     std::copy_n(velocity_.plane(j), velocity_.plane_size(), velocity_.plane(j - 1));
@@ -447,10 +454,10 @@ void Channel<Real>::restored(double time, std::int64_t step, double driving_forc
   if (project_it) {
     project_start_field();
   } else {
-    for (int j = 0; j < slabs_.planes(); ++j) wrap_x_ghosts(velocity_, j);
+    close_own_planes();
     fill_ghosts();
   }
-  for (int j = 0; j < slabs_.planes(); ++j) wrap_x_ghosts(pressure_, j);
+  for (int j = 0; j < slabs_.planes(); ++j) walls_.close_scalar(pressure_, j);
   slabs_.exchange(pressure_);
   measure_start();
 }

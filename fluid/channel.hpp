@@ -19,11 +19,12 @@
 #include "fluid/settings.hpp"
 #include "fluid/sphere.hpp"
 #include "fluid/spheres/immersed_boundary.hpp"
+#include "fluid/wall_ghosts.hpp"
 
 namespace bedload {
 
-/// Incompressible flow in a box, periodic along x and z, with walls or periodic along y, on a
-/// staggered grid in slabs of y planes; README.md has the scheme. One time step is
+/// Incompressible flow in a box, between walls or periodic in each direction, on a staggered grid
+/// in slabs of y planes; README.md has the scheme. One time step is
 ///
 ///   for stage in 0..2:  predict(stage); force_spheres(stage); project(stage);
 ///   finish_step();
@@ -84,7 +85,8 @@ class Channel {
   /// Mean of u over the box [L/T].
   double bulk_velocity() const { return streamwise_sum_ / grid_.cell_count(); }
   /// What the streamwise momentum of the box changed by in the last step beyond what driving, walls
-  /// and spheres gave it, over the box's momentum scale: zero to round-off.
+  /// and spheres gave it, over the box's momentum scale: zero to round-off. Not followed between x
+  /// walls, whose pressure would belong to it (0).
   double momentum_residual() const { return momentum_residual_; }
 
   /// Computed on request. Collective.
@@ -134,6 +136,7 @@ class Channel {
   double bulk_shift(double step);
   void sweep_down(const Correction& correction);
   void update_pressure(int j, PressureUse use);
+  void close_own_planes();
   void fill_ghosts();
   void project_start_field();
   double local_wall_sum() const;
@@ -146,6 +149,7 @@ class Channel {
   Settings settings_;
   Grid grid_;
   Decomposition slabs_;
+  WallGhosts<Real> walls_;
   Field<Real> velocity_, tendency_, pressure_;
   Predictor<Real> predictor_;
   PoissonSolver<Real> poisson_;

@@ -3,48 +3,63 @@
 #include <fftw3.h>
 #include <mpi.h>
 
-#include <complex>
 #include <cstdlib>
 #include <cstring>
 #include <utility>
 #include <vector>
 
+#include "fluid/basis.hpp"
+
 namespace bedload {
 
-/// FFTW's two precisions under one name, and a plan that frees itself. Complex transforms only,
-/// planned by measuring: FFTW's guess is up to 2.5 times slower (192 points).
+/// How many transforms of which length, and where their points lie (FFTW's "advanced" interface).
+struct FftwShape {
+  int n;             ///< points of one transform
+  int howmany;       ///< transforms
+  int stride = 1;    ///< from point to point, in numbers of the array's kind
+  int distance = 0;  ///< from transform to transform
+};
+
+/// FFTW's two precisions under one name. Planned by measuring: FFTW's guess is up to 2.5 times
+/// slower (192 points). Inputs that are not outputs are kept.
 template <class Real>
 struct Fftw;
 
-template <>
-struct Fftw<double> {
-  using Plan = fftw_plan;
-  using Complex = fftw_complex;
-  static Plan plan(int n, int howmany, Complex* in, int in_stride, int in_distance, Complex* out,
-                   int out_stride, int out_distance, int sign) {
-    return fftw_plan_many_dft(1, &n, howmany, in, nullptr, in_stride, in_distance, out, nullptr,
-                              out_stride, out_distance, sign, FFTW_MEASURE);
-  }
-  static void execute(Plan plan, Complex* in, Complex* out) { fftw_execute_dft(plan, in, out); }
-  static void destroy(Plan plan) { fftw_destroy_plan(plan); }
-  static char* wisdom() { return fftw_export_wisdom_to_string(); }
-  static void learn(const char* wisdom) { fftw_import_wisdom_from_string(wisdom); }
-};
-
-template <>
-struct Fftw<float> {
-  using Plan = fftwf_plan;
-  using Complex = fftwf_complex;
-  static Plan plan(int n, int howmany, Complex* in, int in_stride, int in_distance, Complex* out,
-                   int out_stride, int out_distance, int sign) {
-    return fftwf_plan_many_dft(1, &n, howmany, in, nullptr, in_stride, in_distance, out, nullptr,
-                               out_stride, out_distance, sign, FFTW_MEASURE);
-  }
-  static void execute(Plan plan, Complex* in, Complex* out) { fftwf_execute_dft(plan, in, out); }
-  static void destroy(Plan plan) { fftwf_destroy_plan(plan); }
-  static char* wisdom() { return fftwf_export_wisdom_to_string(); }
-  static void learn(const char* wisdom) { fftwf_import_wisdom_from_string(wisdom); }
-};
+#define BEDLOAD_FFTW(Real, name)                                                                   \
+  template <>                                                                                      \
+  struct Fftw<Real> {                                                                              \
+    using Plan = name##_plan;                                                                      \
+    using Complex = name##_complex;                                                                \
+    static constexpr unsigned flags = FFTW_MEASURE | FFTW_PRESERVE_INPUT;                          \
+    static Plan complex(FftwShape s, Complex* in, Complex* out, int sign) {                        \
+      return name##_plan_many_dft(1, &s.n, s.howmany, in, nullptr, s.stride, s.distance, out,      \
+                                  nullptr, s.stride, s.distance, sign, flags);                     \
+    }                                                                                              \
+    static Plan real(FftwShape s, Real* in, Real* out, fftw_r2r_kind kind) {                       \
+      return name##_plan_many_r2r(1, &s.n, s.howmany, in, nullptr, s.stride, s.distance, out,      \
+                                  nullptr, s.stride, s.distance, &kind, flags);                    \
+    }                                                                                              \
+    static Plan to_complex(int n, Real* in, Complex* out) {                                        \
+      return name##_plan_dft_r2c_1d(n, in, out, flags);                                            \
+    }                                                                                              \
+    static Plan to_real(int n, Complex* in, Real* out) {                                           \
+      return name##_plan_dft_c2r_1d(n, in, out, flags);                                            \
+    }                                                                                              \
+    static void run_complex(Plan p, Complex* in, Complex* out) { name##_execute_dft(p, in, out); } \
+    static void run_real(Plan p, Real* in, Real* out) { name##_execute_r2r(p, in, out); }          \
+    static void run_to_complex(Plan p, Real* in, Complex* out) {                                   \
+      name##_execute_dft_r2c(p, in, out);                                                          \
+    }                                                                                              \
+    static void run_to_real(Plan p, Complex* in, Real* out) {                                      \
+      name##_execute_dft_c2r(p, in, out);                                                          \
+    }                                                                                              \
+    static void destroy(Plan plan) { name##_destroy_plan(plan); }                                  \
+    static char* wisdom() { return name##_export_wisdom_to_string(); }                             \
+    static void learn(const char* wisdom) { name##_import_wisdom_from_string(wisdom); }            \
+  };
+BEDLOAD_FFTW(double, fftw)
+BEDLOAD_FFTW(float, fftwf)
+#undef BEDLOAD_FFTW
 
 /// Runs `plan` on rank 0 first and hands what FFTW learned to the other ranks before they do the
 /// same: all ranks then compute with the same algorithms, to the last digit. Collective.
@@ -70,27 +85,80 @@ void plan_alike(MPI_Comm comm, MakePlans&& plan) {
   }
 }
 
+/// A planned transform. Complex numbers are pairs of reals. Arrays must be aligned like those of
+/// the planning (all of ours begin on a cache line).
 template <class Real>
 class FourierPlan {
  public:
+  enum class Kind { complex, real, to_complex, to_real };
+
   FourierPlan() = default;
-  explicit FourierPlan(typename Fftw<Real>::Plan plan) : plan_(plan) {}
-  FourierPlan(FourierPlan&& other) noexcept : plan_(std::exchange(other.plan_, nullptr)) {}
+  FourierPlan(const FourierPlan&) = delete;
+  FourierPlan& operator=(const FourierPlan&) = delete;
+  FourierPlan(FourierPlan&& other) noexcept
+      : plan_(std::exchange(other.plan_, nullptr)), kind_(other.kind_) {}
   FourierPlan& operator=(FourierPlan&& other) noexcept {
     std::swap(plan_, other.plan_);
+    std::swap(kind_, other.kind_);
     return *this;
   }
   ~FourierPlan() {
-    if (plan_) Fftw<Real>::destroy(plan_);
+    if (plan_) Library::destroy(plan_);
   }
-  /// Arrays must be aligned like those of the planning (all of ours begin on a cache line).
-  void operator()(std::complex<Real>* in, std::complex<Real>* out) const {
-    using Complex = typename Fftw<Real>::Complex;
-    Fftw<Real>::execute(plan_, reinterpret_cast<Complex*>(in), reinterpret_cast<Complex*>(out));
+
+  /// Complex to complex; sign FFTW_FORWARD or FFTW_BACKWARD.
+  static FourierPlan complex(FftwShape shape, Real* in, Real* out, int sign) {
+    return {Library::complex(shape, pairs(in), pairs(out), sign), Kind::complex};
+  }
+  /// Sine or cosine transform, forwards or back; together they multiply by twice the cells.
+  static FourierPlan real(Basis basis, bool forwards, FftwShape shape, Real* in, Real* out) {
+    if (basis == Basis::faces) --shape.n;
+    return {Library::real(shape, in, out, fftw_kind(basis, forwards)), Kind::real};
+  }
+  /// Real row to its n/2+1 complex modes, and back.
+  static FourierPlan to_complex(int n, Real* in, Real* out) {
+    return {Library::to_complex(n, in, pairs(out)), Kind::to_complex};
+  }
+  static FourierPlan to_real(int n, Real* in, Real* out) {
+    return {Library::to_real(n, pairs(in), out), Kind::to_real};
+  }
+
+  void operator()(Real* in, Real* out) const {
+    switch (kind_) {
+      case Kind::complex:
+        return Library::run_complex(plan_, pairs(in), pairs(out));
+      case Kind::real:
+        return Library::run_real(plan_, in, out);
+      case Kind::to_complex:
+        return Library::run_to_complex(plan_, in, pairs(out));
+      case Kind::to_real:
+        return Library::run_to_real(plan_, pairs(in), out);
+    }
   }
 
  private:
-  typename Fftw<Real>::Plan plan_ = nullptr;
+  using Library = Fftw<Real>;
+  using Complex = typename Library::Complex;
+
+  FourierPlan(typename Library::Plan plan, Kind kind) : plan_(plan), kind_(kind) {}
+  static Complex* pairs(Real* values) { return reinterpret_cast<Complex*>(values); }
+  static fftw_r2r_kind fftw_kind(Basis basis, bool forwards) {
+    switch (basis) {
+      case Basis::odd_odd:
+        return forwards ? FFTW_RODFT10 : FFTW_RODFT01;
+      case Basis::even_odd:
+        return FFTW_REDFT11;
+      case Basis::odd_even:
+        return FFTW_RODFT11;
+      case Basis::faces:
+        return FFTW_RODFT00;
+      default:
+        return forwards ? FFTW_REDFT10 : FFTW_REDFT01;
+    }
+  }
+
+  typename Library::Plan plan_ = nullptr;
+  Kind kind_ = Kind::complex;
 };
 
 }  // namespace bedload

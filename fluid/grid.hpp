@@ -12,10 +12,11 @@ namespace bedload {
 /// 2 = z (spanwise).
 struct Grid {
   std::array<int, 3> cells{};
-  std::array<double, 3> length{};                          ///< [L]
-  double h = 0.0;                                          ///< edge of a cell [L]
-  std::array<std::array<Wall, 2>, 3> walls{};              ///< walls[d][0] lower, [1] upper end
-  std::array<std::array<double, 3>, 2> y_wall_velocity{};  ///< of the lower and upper y wall [L/T]
+  std::array<double, 3> length{};              ///< [L]
+  double h = 0.0;                              ///< edge of a cell [L]
+  std::array<std::array<Wall, 2>, 3> walls{};  ///< walls[d][0] lower, [1] upper end
+  /// wall_velocity[d][0] of the lower, [1] of the upper wall [L/T]; nothing along d itself.
+  std::array<std::array<std::array<double, 3>, 2>, 3> wall_velocity{};
 
   double centre(int cell) const { return (cell + 0.5) * h; }
   double face(int cell) const { return (cell + 1.0) * h; }
@@ -28,12 +29,14 @@ struct Grid {
 };
 
 inline Grid make_grid(const Settings& settings) {
-  return {
-      .cells = settings.grid.cells,
-      .length = settings.grid.length,
-      .h = settings.grid.length[0] / settings.grid.cells[0],
-      .walls = {settings.boundary.x, settings.boundary.y, settings.boundary.z},
-      .y_wall_velocity = {settings.boundary.y_lower_velocity, settings.boundary.y_upper_velocity}};
+  const Settings::Boundary& ends = settings.boundary;
+  return {.cells = settings.grid.cells,
+          .length = settings.grid.length,
+          .h = settings.grid.length[0] / settings.grid.cells[0],
+          .walls = {ends.x, ends.y, ends.z},
+          .wall_velocity = {{{ends.x_lower_velocity, ends.x_upper_velocity},
+                             {ends.y_lower_velocity, ends.y_upper_velocity},
+                             {ends.z_lower_velocity, ends.z_upper_velocity}}}};
 }
 
 }  // namespace bedload

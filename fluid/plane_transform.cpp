@@ -1,7 +1,6 @@
 #include "fluid/plane_transform.hpp"
 
-#include <cmath>
-#include <numbers>
+#include <algorithm>
 
 namespace bedload {
 namespace {
@@ -46,77 +45,89 @@ void put_real_together(int columns, const Real* in, Real* __restrict a) {
 }  // namespace
 
 template <class Real>
-PlaneTransform<Real>::PlaneTransform(const Grid& grid, MPI_Comm comm)
-    : nx_(grid.cells[0]), nz_(grid.cells[2]), columns_((nx_ + 1) / 2) {
+PlaneTransform<Real>::PlaneTransform(const Grid& grid, int component, MPI_Comm comm)
+    : nx_(grid.cells[0]),
+      nz_(grid.cells[2]),
+      columns_((nx_ + 1) / 2),
+      basis_x_(basis_of(grid, component, 0)),
+      basis_z_(basis_of(grid, component, 2)) {
+  // Sine and cosine transforms there and back multiply by twice the cells; along periodic z, too,
+  // because taking apart doubles.
+  normalisation_ = 1.0 / (2.0 * nz_ * (periodic_x() ? 1.0 : 2.0) * nx_);
   const std::size_t n = static_cast<std::size_t>(nx_);
   real_pitch_ = round_up(n + 1, cache_line / sizeof(Real));
-  pitch_ = round_up(n, cache_line / sizeof(Complex));
-  scratch_ = AlignedArray<Complex>(n + 1);
-  AlignedArray<Real> plane(real_size());
-  AlignedArray<Complex> row(pitch_);
-  using Raw = typename Fftw<Real>::Complex;
-  Raw* in_plane = reinterpret_cast<Raw*>(plane.data());
-  Raw* in_row = reinterpret_cast<Raw*>(row.data());
-  Raw* scratch = reinterpret_cast<Raw*>(scratch_.data());
-  const int step = static_cast<int>(real_pitch_ / 2);
-  const auto along_z = [&](int sign) {
-    return FourierPlan<Real>(
-        Fftw<Real>::plan(nz_, columns_, in_plane, step, 1, in_plane, step, 1, sign));
-  };
-  const auto along_x = [&](Raw* in, Raw* out, int sign) {
-    return FourierPlan<Real>(Fftw<Real>::plan(nx_, 1, in, 1, nx_, out, 1, nx_, sign));
-  };
+  pitch_ = round_up(static_cast<std::size_t>(modes()), cache_line / sizeof(Real));
+  scratch_ = AlignedArray<Real>(2 * n + 2);
+  AlignedArray<Real> plane(real_size()), row(2 * pitch_);
+  Real *p = plane.data(), *r = row.data(), *s = scratch_.data();
+  using Plan = FourierPlan<Real>;
+  const int step = static_cast<int>(real_pitch_);
+  const FftwShape packed_columns{nz_, columns_, step / 2, 1}, columns{nz_, nx_, step, 1};
+  const FftwShape complex_row{nx_, 1}, real_row{nx_, 1}, two_parts{nx_, 2, 2, 1};
   plan_alike<Real>(comm, [&] {
-    forward_z_ = along_z(FFTW_FORWARD);
-    inverse_z_ = along_z(FFTW_BACKWARD);
-    forward_x_ = along_x(scratch, in_row, FFTW_FORWARD);
-    inverse_x_ = along_x(in_row, scratch, FFTW_BACKWARD);
+    if (periodic_z()) {
+      forward_z_ = Plan::complex(packed_columns, p, p, FFTW_FORWARD);
+      inverse_z_ = Plan::complex(packed_columns, p, p, FFTW_BACKWARD);
+    } else {
+      forward_z_ = Plan::real(basis_z_, true, columns, p, p);
+      inverse_z_ = Plan::real(basis_z_, false, columns, p, p);
+    }
+    if (periodic_x() && periodic_z()) {
+      forward_x_ = Plan::complex(complex_row, s, r, FFTW_FORWARD);
+      inverse_x_ = Plan::complex(complex_row, r, s, FFTW_BACKWARD);
+    } else if (periodic_x()) {
+      forward_x_ = Plan::to_complex(nx_, p, r);
+      inverse_x_ = Plan::to_real(nx_, r, p);
+    } else if (periodic_z()) {
+      forward_x_ = Plan::real(basis_x_, true, two_parts, s, r);
+      inverse_x_ = Plan::real(basis_x_, false, two_parts, r, s);
+    } else {
+      forward_x_ = Plan::real(basis_x_, true, real_row, p, r);
+      inverse_x_ = Plan::real(basis_x_, false, real_row, r, p);
+    }
   });
 }
 
 template <class Real>
-double PlaneTransform<Real>::eigenvalue(int kx, int kz) const {
-  const auto second_difference = [](int k, int n) {
-    const double s = std::sin(std::numbers::pi * k / n);
-    return -4.0 * s * s;
-  };
-  return second_difference(kx, nx_) + second_difference(kz, nz_);
-}
-
-template <class Real>
 void PlaneTransform<Real>::forward_z(Real* plane) const {
-  if (nx_ % 2 != 0)  // the last packed number has no partner
+  if (periodic_z() && nx_ % 2 != 0)  // the last packed number has no partner
     for (int k = 0; k < nz_; ++k)
       plane[static_cast<std::size_t>(k) * real_pitch_ + static_cast<std::size_t>(nx_)] = 0;
-  auto* packed = reinterpret_cast<Complex*>(plane);
-  forward_z_(packed, packed);
+  forward_z_(plane, plane);
 }
 
 template <class Real>
-void PlaneTransform<Real>::forward_row(const Real* plane, int kz, Complex* out) {
-  const Real* a = plane + static_cast<std::size_t>(kz) * real_pitch_;
-  const Real* b = plane + static_cast<std::size_t>((nz_ - kz) % nz_) * real_pitch_;
-  take_apart(columns_, a, b, reinterpret_cast<Real*>(scratch_.data()));
+void PlaneTransform<Real>::forward_row(Real* plane, int row, Real* out) {
+  Real* a = plane + static_cast<std::size_t>(row) * real_pitch_;
+  if (!periodic_z()) {
+    forward_x_(a, out);
+    return;
+  }
+  const Real* b = plane + static_cast<std::size_t>((nz_ - row) % nz_) * real_pitch_;
+  take_apart(columns_, a, b, scratch_.data());
   forward_x_(scratch_.data(), out);
 }
 
 template <class Real>
-void PlaneTransform<Real>::inverse_row(Complex* in, int kz, Real* plane) {
+void PlaneTransform<Real>::inverse_row(Real* in, int row, Real* plane) {
+  Real* a = plane + static_cast<std::size_t>(row) * real_pitch_;
+  if (!periodic_z()) {
+    inverse_x_(in, a);
+    return;
+  }
   inverse_x_(in, scratch_.data());
-  if (nx_ % 2 != 0) scratch_[static_cast<std::size_t>(nx_)] = Complex{};
-  const Real* row = reinterpret_cast<const Real*>(scratch_.data());
-  const int partner = (nz_ - kz) % nz_;
-  Real* a = plane + static_cast<std::size_t>(kz) * real_pitch_;
-  if (partner == kz)
-    put_real_together(columns_, row, a);
+  if (nx_ % 2 != 0) std::fill_n(&scratch_[2 * static_cast<std::size_t>(nx_)], 2, Real(0));
+  const int partner = (nz_ - row) % nz_;
+  if (partner == row)
+    put_real_together(columns_, scratch_.data(), a);
   else
-    put_together(columns_, row, a, plane + static_cast<std::size_t>(partner) * real_pitch_);
+    put_together(columns_, scratch_.data(), a,
+                 plane + static_cast<std::size_t>(partner) * real_pitch_);
 }
 
 template <class Real>
 void PlaneTransform<Real>::inverse_z(Real* plane) const {
-  auto* packed = reinterpret_cast<Complex*>(plane);
-  inverse_z_(packed, packed);
+  inverse_z_(plane, plane);
 }
 
 template class PlaneTransform<float>;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <complex>
 #include <cstddef>
 
 #include "fluid/decomposition.hpp"
@@ -17,7 +16,7 @@ namespace bedload {
 ///
 ///   phi_i-1 + phi_i+1 + phi_j-1 + phi_j+1 + phi_k-1 + phi_k+1 - 6 phi = rhs
 ///
-/// (h^2 times the Laplacian), periodic in x and z, zero normal derivative at y walls or periodic y.
+/// (h^2 times the Laplacian), zero normal derivative at walls.
 ///
 /// Upwards: write the right-hand side of plane j into rhs_row(0..nz-1), call eliminate(j), for
 /// j = 0 .. planes-1. Then couple(). Downwards: substitute(j) for j = planes (the first plane of
@@ -30,16 +29,15 @@ namespace bedload {
 template <class Real>
 class PoissonSolver {
  public:
-  using Complex = std::complex<Real>;
-
   PoissonSolver(const Grid& grid, const Decomposition& decomposition);
 
   Real* rhs_row(int k) { return real_row(work_, k); }
   Real* excess_row(int k) { return real_row(excess_, k); }
-  /// Valid for i = 0 .. nx (periodic) and k = 0 .. nz (periodic).
+  /// Valid for i = 0 .. nx and k = 0 .. nz, the last ones being the periodic neighbours or, beyond
+  /// a wall, the values before it.
   const Real* solution_row(int j, int k) const {
-    return solution_[j & 1].data() +
-           transform_.real_pitch() * static_cast<std::size_t>(k == transform_.nz() ? 0 : k);
+    if (k == transform_.nz()) k = transform_.periodic_z() ? 0 : k - 1;
+    return solution_[j & 1].data() + transform_.real_pitch() * static_cast<std::size_t>(k);
   }
 
   void eliminate(int j);
@@ -53,22 +51,27 @@ class PoissonSolver {
   Real* real_row(AlignedArray<Real>& plane, int k) {
     return plane.data() + transform_.real_pitch() * static_cast<std::size_t>(k);
   }
-  std::size_t at(int j, int kz) const {
+  /// Place of a spectral row among the modes.
+  std::size_t at(int j, int row) const {
     return (static_cast<std::size_t>(j) * static_cast<std::size_t>(transform_.rows()) +
-            static_cast<std::size_t>(kz)) *
+            static_cast<std::size_t>(row)) *
            transform_.pitch();
   }
+  template <int parts>
+  void eliminate_rows(int j);
+  template <int parts>
+  void substitute_rows(int j);
 
   PlaneTransform<Real> transform_;
   ReducedSystem<Real> reduced_;
   int planes_;
   bool coupled_below_, coupled_above_;
-  AlignedArray<Real> c_, f_;            // coefficients, [plane][kz][kx]; f only with a slab below
-  AlignedArray<Complex> eliminated_;    // d', [plane][kz][kx]
-  AlignedArray<Complex> first_;         // g
-  AlignedArray<Complex> outside_;       // X + W of the rank below
-  AlignedArray<Complex> last_, above_;  // x_j on the way down, first plane of the rank above
-  AlignedArray<Real> work_, excess_;    // real planes
+  AlignedArray<Real> c_, f_;          // coefficients, [plane][row][mode]; f only with a slab below
+  AlignedArray<Real> eliminated_;     // d', [plane][row][mode][part]
+  AlignedArray<Real> first_;          // g
+  AlignedArray<Real> outside_;        // X + W of the rank below
+  AlignedArray<Real> last_, above_;   // x_j on the way down, first plane of the rank above
+  AlignedArray<Real> work_, excess_;  // real planes
   std::array<AlignedArray<Real>, 2> solution_;
 };
 

@@ -6,6 +6,7 @@
 
 #include "fluid/field.hpp"
 #include "fluid/momentum.hpp"
+#include "fluid/wall_ghosts.hpp"
 
 namespace bedload {
 
@@ -25,8 +26,10 @@ struct PredictorStage {
 template <class Real>
 class Predictor {
  public:
-  Predictor(Field<Real>& velocity, Field<Real>& tendency, Field<Real>& pressure)
-      : velocity_(velocity),
+  Predictor(const WallGhosts<Real>& walls, Field<Real>& velocity, Field<Real>& tendency,
+            Field<Real>& pressure)
+      : walls_(walls),
+        velocity_(velocity),
         tendency_(tendency),
         pressure_(pressure),
         saved_(static_cast<std::size_t>(velocity.nx()) + 2) {}
@@ -37,7 +40,7 @@ class Predictor {
   }
 
   /// u* of plane j (all ghosts of velocity valid at the beginning of the sweep) into the storage of
-  /// plane j-1, x ghosts included. To be called for j = 0, 1, .., planes-1 in this order.
+  /// plane j-1, x and z ghosts included. To be called for j = 0, 1, .., planes-1 in this order.
   void plane(int j) {
     // The last row's w needs v of the plane below in row 0, which is overwritten first.
     const Real* v = velocity_.row(j - 1, 0, 1);
@@ -69,12 +72,9 @@ class Predictor {
            .p = pressure_.row(j, k),
            .p_above = pressure_.row(j + 1, k),
            .p_front = pressure_.row(j, k + 1)});
-      for (int c = 0; c < 3; ++c) {
-        Real* row = velocity_.row(j - 1, k, c);
-        row[-1] = row[nx - 1];
-        row[nx] = row[0];
-      }
+      for (int c = 0; c < 3; ++c) walls_.close_row(velocity_.row(j - 1, k, c), c);
     }
+    walls_.close_plane(velocity_, j - 1);
   }
 
   static Predict choose(const PredictorStage<Real>& s) {
@@ -91,6 +91,7 @@ class Predictor {
     return &Predictor::predict<Terms<convection, pressure, true, false>>;
   }
 
+  const WallGhosts<Real>& walls_;
   Field<Real>&velocity_, &tendency_, &pressure_;
   std::vector<Real> saved_;
   PredictorStage<Real> stage_;

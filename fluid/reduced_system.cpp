@@ -8,18 +8,19 @@ namespace bedload {
 
 template <class Real>
 ReducedSystem<Real>::ReducedSystem(const Grid& grid, const Decomposition& decomposition,
-                                   std::span<const double> eigenvalue)
+                                   std::span<const double> eigenvalue, int parts)
     : comm_(decomposition.comm()),
       rank_(decomposition.rank()),
       ranks_(decomposition.ranks()),
       cyclic_(grid.periodic(1)),
-      modes_(eigenvalue.size()) {
+      modes_(eigenvalue.size()),
+      parts_(static_cast<std::size_t>(parts)) {
   const std::size_t slabs = static_cast<std::size_t>(ranks_), own = own_share();
   rows_.resize(own * slabs);
   inverse_last_.resize(own);
   values_.resize(slabs);
-  to_owner_.resize(3 * modes_);
-  at_owner_.resize(3 * own * slabs);
+  to_owner_.resize(3 * parts_ * modes_);
+  at_owner_.resize(3 * parts_ * own * slabs);
   count_messages();
   for (std::size_t m = 0; m < own; ++m) {
     const std::size_t mode = share_begin(rank_) + m;
@@ -88,7 +89,7 @@ void ReducedSystem<Real>::solve_mode(std::size_t mode) {
     return;
   }
   for (std::size_t r = 0; r < last; ++r) {
-    std::complex<double> d = right_hand_side(r);
+    double d = right_hand_side(r);
     if (r > 0) d -= row[r].lower * value[r - 1].x;
     value[r].x = d * row[r].inverse_pivot;
   }
@@ -103,12 +104,13 @@ template <class Real>
 void ReducedSystem<Real>::solve(const Known& known, const Wanted& wanted) {
   const bool lowest = !cyclic_ && rank_ == 0, highest = !cyclic_ && rank_ == ranks_ - 1;
   for (int q = 0; q < ranks_; ++q) {
-    const std::size_t begin = share_begin(q), count = share_begin(q + 1) - begin;
-    Complex* out = to_owner_.data() + 3 * begin;
+    const std::size_t begin = parts_ * share_begin(q);
+    const std::size_t count = parts_ * share_begin(q + 1) - begin;
+    Real* out = to_owner_.data() + 3 * begin;
     std::copy_n(known.last + begin, count, out);
     std::copy_n(known.first + begin, count, out + count);
     if (highest)
-      std::fill_n(out + 2 * count, count, Complex{});
+      std::fill_n(out + 2 * count, count, Real(0));
     else
       std::copy_n(known.excess + begin, count, out + 2 * count);
   }
@@ -116,53 +118,58 @@ void ReducedSystem<Real>::solve(const Known& known, const Wanted& wanted) {
   MPI_Alltoallv(to_owner_.data(), rank_counts_.data(), rank_offsets_.data(), type, at_owner_.data(),
                 owner_counts_.data(), owner_offsets_.data(), type, comm_);
 
-  const std::size_t slabs = static_cast<std::size_t>(ranks_), own = own_share();
-  for (std::size_t m = 0; m < own; ++m) {
+  const std::size_t slabs = static_cast<std::size_t>(ranks_), own = parts_ * own_share();
+  for (std::size_t n = 0; n < own; ++n) {
+    const std::size_t mode = n / parts_;
     for (std::size_t r = 0; r < slabs; ++r) {
-      const Complex* in = at_owner_.data() + 3 * own * r + m;
-      values_[r].last = in[0];
-      values_[r].first = in[own];
-      values_[r].excess = in[2 * own];
+      const Real* in = at_owner_.data() + 3 * own * r + n;
+      values_[r].last = static_cast<double>(in[0]);
+      values_[r].first = static_cast<double>(in[own]);
+      values_[r].excess = static_cast<double>(in[2 * own]);
     }
-    solve_mode(m);
-    const Row* row = &rows_[m * slabs];
+    solve_mode(mode);
+    const Row* row = &rows_[mode * slabs];
     for (std::size_t r = 0; r < slabs; ++r) {
       const std::size_t next = (r + 1) % slabs, before = (r + slabs - 1) % slabs;
-      Complex* out = at_owner_.data() + 3 * own * r + m;
-      const std::complex<double> seen_by_next = values_[r].x + values_[r].excess;
-      out[0] = static_cast<Complex>(values_[before].x + values_[before].excess);
-      out[own] = static_cast<Complex>(values_[r].x);
-      out[2 * own] = static_cast<Complex>(values_[next].first + row[next].alpha * seen_by_next +
-                                          row[next].beta * values_[next].x);
+      Real* out = at_owner_.data() + 3 * own * r + n;
+      const double seen_by_next = values_[r].x + values_[r].excess;
+      out[0] = static_cast<Real>(values_[before].x + values_[before].excess);
+      out[own] = static_cast<Real>(values_[r].x);
+      out[2 * own] = static_cast<Real>(values_[next].first + row[next].alpha * seen_by_next +
+                                       row[next].beta * values_[next].x);
     }
   }
 
   MPI_Alltoallv(at_owner_.data(), owner_counts_.data(), owner_offsets_.data(), type,
                 to_owner_.data(), rank_counts_.data(), rank_offsets_.data(), type, comm_);
   for (int q = 0; q < ranks_; ++q) {
-    const std::size_t begin = share_begin(q), count = share_begin(q + 1) - begin;
-    const Complex* in = to_owner_.data() + 3 * begin;
+    const std::size_t begin = parts_ * share_begin(q);
+    const std::size_t count = parts_ * share_begin(q + 1) - begin;
+    const Real* in = to_owner_.data() + 3 * begin;
     if (!lowest) std::copy_n(in, count, wanted.below + begin);
     std::copy_n(in + count, count, wanted.last + begin);
     if (!highest) std::copy_n(in + 2 * count, count, wanted.above + begin);
   }
 }
 
-/// Message lengths in real numbers: three complex values per mode each way.
+/// Message lengths: three values per part of a mode each way.
 template <class Real>
 void ReducedSystem<Real>::count_messages() {
+  const std::size_t values = 3 * parts_;
   for (int r = 0; r < ranks_; ++r) {
     const std::size_t share = share_begin(r + 1) - share_begin(r);
-    rank_counts_.push_back(static_cast<int>(6 * share));
-    rank_offsets_.push_back(static_cast<int>(6 * share_begin(r)));
-    owner_counts_.push_back(static_cast<int>(6 * own_share()));
-    owner_offsets_.push_back(static_cast<int>(6 * own_share() * static_cast<std::size_t>(r)));
+    rank_counts_.push_back(static_cast<int>(values * share));
+    rank_offsets_.push_back(static_cast<int>(values * share_begin(r)));
+    owner_counts_.push_back(static_cast<int>(values * own_share()));
+    owner_offsets_.push_back(static_cast<int>(values * own_share() * static_cast<std::size_t>(r)));
   }
 }
 
 template <class Real>
 std::size_t ReducedSystem<Real>::values_sent() const {
-  return 6 * (modes_ - own_share()) + 6 * own_share() * static_cast<std::size_t>(ranks_ - 1);
+  const std::size_t values = 3 * parts_;
+  return values * (modes_ - own_share()) +
+         values * own_share() * static_cast<std::size_t>(ranks_ - 1);
 }
 
 template class ReducedSystem<float>;

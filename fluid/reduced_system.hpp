@@ -1,6 +1,5 @@
 #pragma once
 
-#include <complex>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -26,23 +25,22 @@ namespace bedload {
 template <class Real>
 class ReducedSystem {
  public:
-  using Complex = std::complex<Real>;
-
-  /// `eigenvalue` (one per mode, negative or zero) as in eliminate_slab; mode 0 is the mean mode.
+  /// `eigenvalue` (one per mode, negative or zero) as in eliminate_slab; mode 0 is the mean mode. A
+  /// mode has `parts` values: 2, real and imaginary, or 1.
   ReducedSystem(const Grid& grid, const Decomposition& decomposition,
-                std::span<const double> eigenvalue);
+                std::span<const double> eigenvalue, int parts);
 
-  /// What a rank knows after its elimination, one value per mode each.
+  /// What a rank knows after its elimination, one mode's parts after the other.
   struct Known {
-    const Complex* last;    ///< d' of its last plane
-    const Complex* first;   ///< g
-    const Complex* excess;  ///< W; not read beside the upper wall
+    const Real* last;    ///< d' of its last plane
+    const Real* first;   ///< g
+    const Real* excess;  ///< W; not read beside the upper wall
   };
   /// What it needs for the way back.
   struct Wanted {
-    Complex* below;  ///< X + W of the rank below; not written beside the lower wall
-    Complex* last;   ///< its own X
-    Complex* above;  ///< first plane of the rank above; not written beside the upper wall
+    Real* below;  ///< X + W of the rank below; not written beside the lower wall
+    Real* last;   ///< its own X
+    Real* above;  ///< first plane of the rank above; not written beside the upper wall
   };
   /// Collective.
   void solve(const Known& known, const Wanted& wanted);
@@ -58,7 +56,7 @@ class ReducedSystem {
     double response;                     // of X_r to the last slab's X
   };
   struct Values {
-    std::complex<double> last, first, excess, x;
+    double last, first, excess, x;
   };
 
   std::size_t share_begin(int rank) const {
@@ -72,11 +70,11 @@ class ReducedSystem {
   MPI_Comm comm_;
   int rank_, ranks_;
   bool cyclic_;
-  std::size_t modes_;
+  std::size_t modes_, parts_;
   std::vector<Row> rows_;             // [own mode][slab]
   std::vector<double> inverse_last_;  // [own mode], last pivot; 0 pins the mean mode
-  std::vector<Values> values_;        // [slab] of the mode in work
-  std::vector<Complex> to_owner_, at_owner_;
+  std::vector<Values> values_;        // [slab] of the part in work
+  std::vector<Real> to_owner_, at_owner_;
   std::vector<int> rank_counts_, rank_offsets_, owner_counts_, owner_offsets_;
 };
 

@@ -71,10 +71,18 @@ void declare_keys(Settings& s, Visitor& key) {
   key.words("boundary.x", s.boundary.x, wall_words, "Lower and upper end of x.");
   key.words("boundary.y", s.boundary.y, wall_words, "Lower and upper end of y.");
   key.words("boundary.z", s.boundary.z, wall_words, "Lower and upper end of z.");
+  key.numbers("boundary.x_lower_velocity", s.boundary.x_lower_velocity, "L/T", any, Need::optional,
+              "Velocity of the lower x wall, no_slip, in its own plane (x component 0).");
+  key.numbers("boundary.x_upper_velocity", s.boundary.x_upper_velocity, "L/T", any, Need::optional,
+              "Velocity of the upper x wall, no_slip, in its own plane (x component 0).");
   key.numbers("boundary.y_lower_velocity", s.boundary.y_lower_velocity, "L/T", any, Need::optional,
-              "Velocity of the lower y wall in its own plane (y component 0).");
+              "Velocity of the lower y wall, no_slip, in its own plane (y component 0).");
   key.numbers("boundary.y_upper_velocity", s.boundary.y_upper_velocity, "L/T", any, Need::optional,
-              "Velocity of the upper y wall in its own plane (y component 0).");
+              "Velocity of the upper y wall, no_slip, in its own plane (y component 0).");
+  key.numbers("boundary.z_lower_velocity", s.boundary.z_lower_velocity, "L/T", any, Need::optional,
+              "Velocity of the lower z wall, no_slip, in its own plane (z component 0).");
+  key.numbers("boundary.z_upper_velocity", s.boundary.z_upper_velocity, "L/T", any, Need::optional,
+              "Velocity of the upper z wall, no_slip, in its own plane (z component 0).");
   key.number("fluid.density", s.fluid.density, "M/L^3", positive, Need::optional,
              "Density of the fluid.");
   key.number("fluid.kinematic_viscosity", s.fluid.kinematic_viscosity, "L^2/T", positive,
@@ -378,6 +386,33 @@ class Writer {
   Line line_;
 };
 
+/// A wall moves in its own plane, and only one that holds the fluid can be felt to.
+void check_wall_velocities(const Settings& s) {
+  const Settings::Boundary& b = s.boundary;
+  struct End {
+    std::string_view key;
+    std::size_t direction;
+    Wall wall;
+    const std::array<double, 3>& velocity;
+  };
+  for (const End& end : {End{"x_lower_velocity", 0, b.x[0], b.x_lower_velocity},
+                         {"x_upper_velocity", 0, b.x[1], b.x_upper_velocity},
+                         {"y_lower_velocity", 1, b.y[0], b.y_lower_velocity},
+                         {"y_upper_velocity", 1, b.y[1], b.y_upper_velocity},
+                         {"z_lower_velocity", 2, b.z[0], b.z_lower_velocity},
+                         {"z_upper_velocity", 2, b.z[1], b.z_upper_velocity}}) {
+    const std::string found =
+        fmt::format("{}: 'boundary.{}' is [{}]", s.file, end.key, fmt::join(end.velocity, ", "));
+    if (end.velocity[end.direction] != 0.0)
+      throw UserError(
+          fmt::format("{}, but a wall moves in its own plane: its {} component must be 0.", found,
+                      "xyz"[end.direction]));
+    if (end.wall != Wall::no_slip && end.velocity != std::array<double, 3>{})
+      throw UserError(
+          fmt::format("{}, but only a wall that is \"no_slip\" moves the fluid.", found));
+  }
+}
+
 /// What no single key can tell: the keys against each other.
 void check_together(const Settings& s) {
   const auto fail = [&s](const std::string& sentence) {
@@ -400,8 +435,7 @@ void check_together(const Settings& s) {
                       "cubes.",
                       h, other, d == 1 ? "y" : "z"));
   }
-  for (const double v : {s.boundary.y_lower_velocity[1], s.boundary.y_upper_velocity[1]})
-    if (v != 0.0) fail("a y wall moves in its own plane; its y velocity must be 0.");
+  check_wall_velocities(s);
   if (s.flow.driving != Driving::none && !is_periodic(s.boundary.x))
     fail("'flow.driving' needs 'boundary.x' = \"periodic\".");
   if (s.fringe.rate > 0.0) {

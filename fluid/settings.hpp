@@ -33,8 +33,12 @@ struct Settings {
     std::array<Wall, 2> x{Wall::periodic, Wall::periodic};
     std::array<Wall, 2> y{Wall::no_slip, Wall::free_slip};
     std::array<Wall, 2> z{Wall::periodic, Wall::periodic};
+    std::array<double, 3> x_lower_velocity{};
+    std::array<double, 3> x_upper_velocity{};
     std::array<double, 3> y_lower_velocity{};
     std::array<double, 3> y_upper_velocity{};
+    std::array<double, 3> z_lower_velocity{};
+    std::array<double, 3> z_upper_velocity{};
   } boundary;
   struct Fluid {
     double density = 1.0;

@@ -91,8 +91,8 @@ StartProfile::StartProfile(const Settings& settings, const Grid& grid)
       depth_(grid.length[1] - settings.start.height),
       velocity_(settings.start.velocity),
       viscosity_(settings.fluid.kinematic_viscosity),
-      lower_velocity_(settings.start.height > 0.0 ? 0.0 : grid.y_wall_velocity[0][0]),
-      upper_velocity_(grid.y_wall_velocity[1][0]) {
+      lower_velocity_(settings.start.height > 0.0 ? 0.0 : grid.wall_velocity[1][0][0]),
+      upper_velocity_(grid.wall_velocity[1][1][0]) {
   if (kind_ != Start::logarithmic || velocity_ == 0.0 || (!lower_wall_ && !upper_wall_)) return;
   double low = 0.0, high = std::abs(velocity_);  // u_tau from the mean velocity, by bisection
   for (int n = 0; n < 100; ++n) {

@@ -1,45 +1,114 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
 #include "fluid/decomposition.hpp"
 #include "fluid/field.hpp"
 #include "fluid/grid.hpp"
 
 namespace bedload {
 
-/// Fills the ghost planes beyond the y walls so that the plain difference across a wall is the
-/// right one: u and w have the wall's velocity as the mean of both sides (no slip) or equal values
-/// (free slip); v is zero on the wall face and odd about it.
+/// Fills what stands beyond the ends of the box, so that the plain difference across a wall is the
+/// right one. A component in the plane of a wall has the wall's velocity as the mean of both sides
+/// (no slip) or equal values (free slip); the component normal to it is zero on the wall's face and
+/// odd about it. Periodic neighbours are copied along x; along z the field's row table does that
+/// already, and along y the exchange of planes.
 ///
-/// The lower wall's face is v of plane -1, the upper wall's is v of the last plane.
+/// The face of a lower wall is "cell" -1 of the normal component, that of an upper wall is the last
+/// cell. First rows (x), then planes (z), then the slab (y): corners follow from what was filled
+/// before.
 template <class Real>
-void fill_wall_ghosts(Field<Real>& velocity, const Grid& grid, const Decomposition& slabs) {
-  const int nx = velocity.nx(), nz = velocity.nz(), top = velocity.planes() - 1;
-  const auto mirror = [&](int ghost, int inner, int end) {
-    const bool no_slip = grid.walls[1][static_cast<std::size_t>(end)] == Wall::no_slip;
-    for (int k = 0; k < nz; ++k)
-      for (const int c : {0, 2}) {
-        const auto& wall_velocity = grid.y_wall_velocity[static_cast<std::size_t>(end)];
-        const Real twice_wall =
-            no_slip ? static_cast<Real>(2.0 * wall_velocity[static_cast<std::size_t>(c)]) : Real(0);
-        const Real sign = no_slip ? Real(-1) : Real(1);
-        const Real* from = velocity.row(inner, k, c);
-        Real* to = velocity.row(ghost, k, c);
-        for (int i = -1; i <= nx; ++i) to[i] = twice_wall + sign * from[i];
-      }
-  };
-  if (slabs.at_lower_wall()) {
-    mirror(-1, 0, 0);
-    for (int k = 0; k < nz; ++k) std::fill_n(velocity.row(-1, k, 1) - 1, nx + 2, Real(0));
+class WallGhosts {
+ public:
+  explicit WallGhosts(const Grid& grid) : grid_(grid) {
+    for (std::size_t d = 0; d < 3; ++d)
+      for (std::size_t end = 0; end < 2; ++end)
+        for (std::size_t c = 0; c < 3; ++c)
+          if (grid.walls[d][end] == Wall::no_slip)
+            mirror_[d][end][c] = {Real(-1), static_cast<Real>(2.0 * grid.wall_velocity[d][end][c])};
   }
-  if (slabs.at_upper_wall()) {
-    mirror(top + 1, top, 1);
-    for (int k = 0; k < nz; ++k) {
-      std::fill_n(velocity.row(top, k, 1) - 1, nx + 2, Real(0));
-      const Real* below = velocity.row(top - 1, k, 1);
-      Real* ghost = velocity.row(top + 1, k, 1);
-      for (int i = -1; i <= nx; ++i) ghost[i] = -below[i];
+
+  /// x ghosts of one row of component c.
+  void close_row(Real* row, int c) const {
+    const int nx = grid_.cells[0];
+    if (grid_.periodic(0)) {
+      row[-1] = row[nx - 1];
+      row[nx] = row[0];
+    } else if (c == 0) {
+      row[-1] = row[nx - 1] = Real(0);
+      row[nx] = -row[nx - 2];
+    } else {
+      row[-1] = mirror(0, 0, c)(row[0]);
+      row[nx] = mirror(0, 1, c)(row[nx - 1]);
     }
   }
-}
+
+  /// Rows of plane j beyond z walls.
+  void close_plane(Field<Real>& velocity, int j) const {
+    if (grid_.periodic(2)) return;
+    const int nz = grid_.cells[2];
+    for (const int c : {0, 1}) {
+      reflect(mirror(2, 0, c), velocity.row(j, 0, c), velocity.row(j, -1, c));
+      reflect(mirror(2, 1, c), velocity.row(j, nz - 1, c), velocity.row(j, nz, c));
+    }
+    clear(velocity.row(j, -1, 2));
+    clear(velocity.row(j, nz - 1, 2));
+    reflect(odd, velocity.row(j, nz - 2, 2), velocity.row(j, nz, 2));
+  }
+
+  /// Planes beyond y walls, for the ranks beside them.
+  void close_slab(Field<Real>& velocity, const Decomposition& slabs) const {
+    const int first = grid_.periodic(2) ? 0 : -1, end = grid_.cells[2] - first;
+    const int top = slabs.planes() - 1;
+    for (int k = first; k < end; ++k) {
+      if (slabs.at_lower_wall()) {
+        for (const int c : {0, 2})
+          reflect(mirror(1, 0, c), velocity.row(0, k, c), velocity.row(-1, k, c));
+        clear(velocity.row(-1, k, 1));
+      }
+      if (slabs.at_upper_wall()) {
+        for (const int c : {0, 2})
+          reflect(mirror(1, 1, c), velocity.row(top, k, c), velocity.row(top + 1, k, c));
+        clear(velocity.row(top, k, 1));
+        reflect(odd, velocity.row(top - 1, k, 1), velocity.row(top + 1, k, 1));
+      }
+    }
+  }
+
+  /// Ghosts of plane j of a quantity without gradient at walls (the pressure).
+  void close_scalar(Field<Real>& scalar, int j) const {
+    const int nx = grid_.cells[0], nz = grid_.cells[2];
+    for (int k = 0; k < nz; ++k) {
+      Real* row = scalar.row(j, k);
+      row[-1] = grid_.periodic(0) ? row[nx - 1] : row[0];
+      row[nx] = grid_.periodic(0) ? row[0] : row[nx - 1];
+    }
+    if (grid_.periodic(2)) return;
+    reflect(even, scalar.row(j, 0), scalar.row(j, -1));
+    reflect(even, scalar.row(j, nz - 1), scalar.row(j, nz));
+  }
+
+ private:
+  /// ghost = sign * inner + offset
+  struct Mirror {
+    Real sign = Real(1), offset = Real(0);
+    Real operator()(Real inner) const { return sign * inner + offset; }
+  };
+  static constexpr Mirror even{}, odd{Real(-1), Real(0)};
+
+  const Mirror& mirror(int direction, int end, int component) const {
+    return mirror_[static_cast<std::size_t>(direction)][static_cast<std::size_t>(end)]
+                  [static_cast<std::size_t>(component)];
+  }
+  void reflect(const Mirror& mirror, const Real* from, Real* to) const {
+    for (int i = -1; i <= grid_.cells[0]; ++i) to[i] = mirror(from[i]);
+  }
+  void clear(Real* row) const { std::fill_n(row - 1, grid_.cells[0] + 2, Real(0)); }
+
+  const Grid& grid_;
+  std::array<std::array<std::array<Mirror, 3>, 2>, 3> mirror_{};
+};
 
 }  // namespace bedload

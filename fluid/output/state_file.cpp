@@ -71,6 +71,14 @@ std::vector<LinearStencil> stencils(const Grid& grid, const std::array<int, 3>& 
   return list;
 }
 
+/// What the walls of direction d contribute to component c (3: pressure, which they leave alone).
+double from_walls(const LinearStencil& stencil, const Grid& grid, int c, int d) {
+  if (c == pressure_index) return 0.0;
+  const auto& velocity = grid.wall_velocity[static_cast<std::size_t>(d)];
+  return stencil.wall_weight[0] * velocity[0][static_cast<std::size_t>(c)] +
+         stencil.wall_weight[1] * velocity[1][static_cast<std::size_t>(c)];
+}
+
 /// Interpolates one component onto this rank's planes: first between two stored planes, then
 /// within the plane.
 template <class Real>
@@ -97,21 +105,23 @@ void interpolate(const StateReader& state, const Grid& grid, const Decomposition
       return entry.first != y.lower && entry.first != y.upper;
     });
     const std::vector<double>&lower = plane(y.lower), &upper = plane(y.upper);
-    double wall = 0.0;  // what the y walls contribute; x and z walls are at rest
-    for (std::size_t end = 0; end < 2 && c != pressure_index; ++end)
-      wall += y.wall_weight[end] * grid.y_wall_velocity[end][static_cast<std::size_t>(c)];
+    const double y_wall = from_walls(y, grid, c, 1);
     for (std::size_t n = 0; n < blended.size(); ++n)
-      blended[n] = y.lower_weight * lower[n] + y.upper_weight * upper[n] + wall;
+      blended[n] = y.lower_weight * lower[n] + y.upper_weight * upper[n] + y_wall;
     for (int k = 0; k < grid.cells[2]; ++k) {
       const LinearStencil& z = along_z[static_cast<std::size_t>(k)];
+      const double z_wall = from_walls(z, grid, c, 2);
       const double* near = blended.data() + nx * static_cast<std::size_t>(z.lower);
       const double* far = blended.data() + nx * static_cast<std::size_t>(z.upper);
       Real* row = row_of(velocity, pressure, c, j, k);
       for (int i = 0; i < grid.cells[0]; ++i) {
         const LinearStencil& x = along_x[static_cast<std::size_t>(i)];
-        const double at_near = x.lower_weight * near[x.lower] + x.upper_weight * near[x.upper];
-        const double at_far = x.lower_weight * far[x.lower] + x.upper_weight * far[x.upper];
-        row[i] = static_cast<Real>(z.lower_weight * at_near + z.upper_weight * at_far);
+        const double x_wall = from_walls(x, grid, c, 0);
+        const double at_near =
+            x.lower_weight * near[x.lower] + x.upper_weight * near[x.upper] + x_wall;
+        const double at_far =
+            x.lower_weight * far[x.lower] + x.upper_weight * far[x.upper] + x_wall;
+        row[i] = static_cast<Real>(z.lower_weight * at_near + z.upper_weight * at_far + z_wall);
       }
     }
   }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <string>
 
 #include "fluid/channel.hpp"
 #include "fluid/settings.hpp"
@@ -26,6 +27,29 @@ inline Settings box(std::array<int, 3> cells, double h, double viscosity, double
 }
 
 inline void set_y_ends(Settings& s, Wall lower, Wall upper) { s.boundary.y = {lower, upper}; }
+
+/// Both ends of x, y and z.
+using Ends = std::array<std::array<Wall, 2>, 3>;
+
+inline void set_ends(Settings& s, const Ends& ends) {
+  s.boundary.x = ends[0];
+  s.boundary.y = ends[1];
+  s.boundary.z = ends[2];
+}
+
+inline constexpr std::array<Wall, 2> periodic{Wall::periodic, Wall::periodic};
+inline constexpr std::array<Wall, 2> no_slip{Wall::no_slip, Wall::no_slip};
+inline constexpr std::array<Wall, 2> free_slip{Wall::free_slip, Wall::free_slip};
+inline constexpr std::array<Wall, 2> open_channel{Wall::no_slip, Wall::free_slip};
+inline constexpr std::array<Wall, 2> under_a_lid{Wall::free_slip, Wall::no_slip};
+
+inline std::string name_of(const Ends& ends) {
+  std::string name;
+  for (std::size_t d = 0; d < 3; ++d)
+    for (const Wall wall : ends[d])
+      name += wall == Wall::periodic ? 'p' : wall == Wall::no_slip ? 'n' : 'f';
+  return name;
+}
 
 /// A developed-looking start: logarithmic profile with rolls and random modes.
 inline void disturb(Settings& s, double velocity, double amplitude) {

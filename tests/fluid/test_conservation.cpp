@@ -6,18 +6,29 @@ namespace bedload {
 namespace {
 
 /// A disturbed flow of order 1 in a box of order 1, no two directions alike.
-Settings disturbed(Wall lower, Wall upper, double viscosity = 1e-3) {
+Settings disturbed(const Ends& ends, double viscosity = 1e-3) {
   Settings s = box({24, 16, 12}, 1.0 / 16, viscosity, 0.01);
-  set_y_ends(s, lower, upper);
+  set_ends(s, ends);
   disturb(s, 1.0, 0.5);
   return s;
 }
 
-const std::vector<std::pair<Wall, Wall>> y_ends{{Wall::no_slip, Wall::free_slip},
-                                                {Wall::no_slip, Wall::no_slip},
-                                                {Wall::free_slip, Wall::no_slip},
-                                                {Wall::free_slip, Wall::free_slip},
-                                                {Wall::periodic, Wall::periodic}};
+/// Every kind of end along y; walls along x, along z and along both, every pair of them once.
+const std::vector<Ends> all_ends{
+    {periodic, open_channel, periodic}, {periodic, no_slip, periodic},
+    {periodic, under_a_lid, periodic},  {periodic, free_slip, periodic},
+    {periodic, periodic, periodic},     {periodic, open_channel, no_slip},
+    {periodic, periodic, under_a_lid},  {periodic, no_slip, free_slip},
+    {no_slip, open_channel, periodic},  {open_channel, periodic, periodic},
+    {no_slip, no_slip, no_slip},        {free_slip, periodic, open_channel},
+    {under_a_lid, free_slip, no_slip}};
+
+/// A constant bulk velocity where nothing stands in its way.
+void drive(Settings& s, double bulk_velocity) {
+  if (s.boundary.x != periodic) return;
+  s.flow.driving = Driving::bulk_velocity;
+  s.flow.bulk_velocity = bulk_velocity;
+}
 
 template <class Real>
 class Conservation : public testing::Test {};
@@ -27,10 +38,10 @@ TYPED_TEST_SUITE(Conservation, Precisions);
 /// Velocities of order 2 over cells of 1/16: one rounding of a velocity is 32 eps of divergence,
 /// and a cell adds up six of them.
 TYPED_TEST(Conservation, DivergenceIsRoundOffAfterEveryStage) {
-  for (const auto& [lower, upper] : y_ends) {
-    Settings s = disturbed(lower, upper);
-    s.flow.driving = Driving::bulk_velocity;
-    s.flow.bulk_velocity = 1.0;
+  for (const Ends& ends : all_ends) {
+    SCOPED_TRACE(name_of(ends));
+    Settings s = disturbed(ends);
+    drive(s, 1.0);
     Channel<TypeParam> channel(s, MPI_COMM_WORLD);
     EXPECT_LT(channel.max_divergence(), 500 * epsilon<TypeParam>());
     for (int n = 0; n < 3; ++n) {
@@ -40,18 +51,21 @@ TYPED_TEST(Conservation, DivergenceIsRoundOffAfterEveryStage) {
       }
       channel.finish_step();
     }
-    EXPECT_GT(channel.kinetic_energy(), 0.1);  // there is a flow to speak of
+    EXPECT_GT(channel.kinetic_energy(), 0.02);  // there is a flow to speak of
   }
 }
 
 /// Driving, wall stress and the change of momentum balance to round-off in every step, whatever
 /// drives. The residual is in units of (largest speed * cells): a mean of roundings.
 TYPED_TEST(Conservation, MomentumBudgetCloses) {
-  for (const auto& [lower, upper] : y_ends)
+  for (const Ends& ends : all_ends)
     for (const Driving driving :
          {Driving::none, Driving::bulk_velocity, Driving::pressure_gradient}) {
-      Settings s = disturbed(lower, upper, 5e-3);
+      if (ends[0] != periodic) continue;
+      SCOPED_TRACE(name_of(ends));
+      Settings s = disturbed(ends, 5e-3);
       s.boundary.y_lower_velocity = {0.3, 0.0, 0.1};
+      s.boundary.z_upper_velocity = {-0.2, 0.3, 0.0};
       s.flow.driving = driving;
       s.flow.bulk_velocity = 1.1;
       s.flow.pressure_gradient = 0.7;
@@ -68,9 +82,10 @@ TYPED_TEST(Conservation, MomentumBudgetCloses) {
         EXPECT_NEAR(before, 1.1, 20 * epsilon<TypeParam>());
         EXPECT_NEAR(channel.bulk_velocity(), 1.1, 20 * epsilon<TypeParam>());
       }
-      if (driving == Driving::pressure_gradient && lower == Wall::periodic)
+      const bool held = ends[1][0] == Wall::no_slip || ends[2] == no_slip;
+      if (driving == Driving::pressure_gradient && ends == Ends{periodic, periodic, periodic})
         EXPECT_NEAR(channel.bulk_velocity() - before, 0.7 * 5 * 0.01, 100 * epsilon<TypeParam>());
-      if (driving == Driving::none && lower == Wall::no_slip)
+      if (driving == Driving::none && held)
         EXPECT_GT(std::abs(channel.bulk_velocity() - before), 1e-4);  // the walls did act
     }
 }
@@ -80,9 +95,11 @@ TYPED_TEST(Conservation, MomentumBudgetCloses) {
 /// (the energy error of a linear oscillation would even be of fourth order, but not a nonlinear
 /// one's).
 TEST(Conservation, EnergyIsKeptWithoutViscosityToTheTimeSchemesOrder) {
-  for (const Wall end : {Wall::periodic, Wall::free_slip}) {
-    const auto loss = [end](double dt, int steps) {
-      Settings s = disturbed(end, end, 1e-30);
+  for (const Ends& ends : {Ends{periodic, periodic, periodic}, Ends{periodic, free_slip, periodic},
+                           Ends{free_slip, periodic, free_slip}}) {
+    SCOPED_TRACE(name_of(ends));
+    const auto loss = [&ends](double dt, int steps) {
+      Settings s = disturbed(ends, 1e-30);
       s.time.step = dt;
       Channel<double> channel(s, MPI_COMM_WORLD);
       const double before = channel.kinetic_energy();
@@ -99,7 +116,7 @@ TEST(Conservation, EnergyIsKeptWithoutViscosityToTheTimeSchemesOrder) {
 /// Third order in time: three step lengths on one grid, differences between them.
 TEST(TimeScheme, ThirdOrder) {
   const auto run = [](double dt, int steps) {
-    Settings s = disturbed(Wall::no_slip, Wall::free_slip, 2e-3);
+    Settings s = disturbed({periodic, open_channel, periodic}, 2e-3);
     s.flow.driving = Driving::bulk_velocity;
     s.flow.bulk_velocity = 1.0;
     s.time.step = dt;
@@ -125,10 +142,10 @@ TEST(TimeScheme, ThirdOrder) {
 
 /// The same fields for any number of ranks, ghosts included, pointwise, after some steps.
 TYPED_TEST(Conservation, FieldsDoNotDependOnTheRanks) {
-  for (const auto& [lower, upper] : y_ends) {
-    Settings s = disturbed(lower, upper);
-    s.flow.driving = Driving::bulk_velocity;
-    s.flow.bulk_velocity = 1.0;
+  for (const Ends& ends : all_ends) {
+    SCOPED_TRACE(name_of(ends));
+    Settings s = disturbed(ends);
+    drive(s, 1.0);
     Channel<TypeParam> parallel(s, MPI_COMM_WORLD), whole(s, MPI_COMM_SELF);
     const Decomposition& slabs = parallel.decomposition();
     EXPECT_LT(largest_difference(parallel.velocity(), slabs, whole.velocity(), true),
@@ -151,10 +168,10 @@ TYPED_TEST(Conservation, FieldsDoNotDependOnTheRanks) {
 /// forcing enters between predictor and projection. Budget, divergence, bulk velocity and
 /// independence of the ranks must hold as before.
 TEST(WithSpheres, BudgetDivergenceAndRankIndependenceHold) {
-  for (const auto& [lower, upper] : y_ends) {
-    Settings s = disturbed(lower, upper);
-    s.flow.driving = Driving::bulk_velocity;
-    s.flow.bulk_velocity = 1.0;
+  for (const Ends& ends : all_ends) {
+    SCOPED_TRACE(name_of(ends));
+    Settings s = disturbed(ends);
+    drive(s, 1.0);
     const std::vector<SphereState> spheres{
         {.tag = 7, .position = {0.4, 0.31, 0.35}, .radius = 0.2, .mobile = false},
         {.tag = 9, .position = {1.2, 0.52, 0.1}, .velocity = {0.3, 0.1, 0.0}, .radius = 0.18}};
@@ -164,7 +181,7 @@ TEST(WithSpheres, BudgetDivergenceAndRankIndependenceHold) {
       advance_in_parts(whole, 1);
       EXPECT_LT(std::abs(parallel.momentum_residual()), 20 * epsilon<double>());
       EXPECT_LT(parallel.max_divergence(), 2000 * epsilon<double>());
-      EXPECT_NEAR(parallel.bulk_velocity(), 1.0, 20 * epsilon<double>());
+      if (ends[0] == periodic) EXPECT_NEAR(parallel.bulk_velocity(), 1.0, 20 * epsilon<double>());
     }
     EXPECT_GT(std::abs(parallel.forcing().force_on_fluid[0]), 1e-3);  // they do act
     EXPECT_LT(
@@ -175,9 +192,7 @@ TEST(WithSpheres, BudgetDivergenceAndRankIndependenceHold) {
 
 /// The fused sweeps and the three calls of a coupled run are the same arithmetic.
 TYPED_TEST(Conservation, FusedAndSeparateStagesAgreeExactly) {
-  Settings s = disturbed(Wall::no_slip, Wall::free_slip);
-  s.flow.driving = Driving::bulk_velocity;
-  s.flow.bulk_velocity = 1.0;
+  Settings s = disturbed({no_slip, open_channel, under_a_lid});
   Channel<TypeParam> fused(s, MPI_COMM_WORLD), parts(s, MPI_COMM_WORLD);
   advance(fused, 4);
   advance_in_parts(parts, 4);

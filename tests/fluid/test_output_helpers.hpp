@@ -59,7 +59,7 @@ inline Grid channel_grid(int cells_along_x) {
           .walls = {{{Wall::periodic, Wall::periodic},
                      {Wall::no_slip, Wall::free_slip},
                      {Wall::periodic, Wall::periodic}}},
-          .y_wall_velocity = {{{0.7, 0.0, 0.4}, {0.0, 0.0, 0.0}}}};
+          .wall_velocity = {{{}, {{{0.7, 0.0, 0.4}, {0.0, 0.0, 0.0}}}, {}}}};
 }
 
 /// Value of component c (3: pressure) in global cell (i, j, k).
@@ -109,8 +109,8 @@ struct Flow {
   }
 };
 
-/// A different number with all bits in use in every cell. One compiled copy: inlined at two places it
-/// might be contracted to fused operations in two ways, and differ in the last bit.
+/// A different number with all bits in use in every cell. One compiled copy: inlined at two places
+/// it might be contracted to fused operations in two ways, and differ in the last bit.
 [[gnu::noinline]] inline double scattered(int c, int i, int j, int k) {
   return std::sin(1.0 + 12.9898 * i + 78.233 * j + 37.719 * k + 4.581 * c);
 }

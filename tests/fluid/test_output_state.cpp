@@ -209,7 +209,7 @@ TEST(OutputCompactState, OfTheDefaultSceneIsSmallEnoughToShip) {
                   .length = {16.0, 9.0, 8.0},
                   .h = 0.1,
                   .walls = channel_grid(4).walls,
-                  .y_wall_velocity = {}};
+                  .wall_velocity = {}};
   Flow<float> flow(grid, MPI_COMM_WORLD);
   flow.fill(CellValue(scattered));
   write_state(folder / "state.h5", flow.view());

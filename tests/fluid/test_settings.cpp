@@ -50,6 +50,10 @@ TEST(Settings, MistakesNameFileKeyFoundAndAllowed) {
   EXPECT_THAT(complaint(smallest, {"grid.cells=[8, 4]"}), HasSubstr("list of three"));
   EXPECT_THAT(complaint(smallest, {"grid.cells=[8, 4, 5]"}), HasSubstr("cubes"));
   EXPECT_THAT(complaint(smallest, {"boundary.y=[\"periodic\", \"no_slip\"]"}), HasSubstr("both"));
+  EXPECT_THAT(complaint(smallest, {"boundary.y_lower_velocity=[0.1, 0.2, 0.0]"}),
+              AllOf(HasSubstr("'boundary.y_lower_velocity'"), HasSubstr("y component")));
+  EXPECT_THAT(complaint(smallest, {"boundary.z_upper_velocity=[0.1, 0.0, 0.0]"}),
+              AllOf(HasSubstr("'boundary.z_upper_velocity'"), HasSubstr("\"no_slip\"")));
   EXPECT_THAT(complaint("title = \"x\"\n"), HasSubstr("'grid.cells' is missing"));
   EXPECT_THAT(complaint("title = \n"), HasSubstr("line 1"));
 }
