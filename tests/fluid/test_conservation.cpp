@@ -43,7 +43,9 @@ TYPED_TEST(Conservation, DivergenceIsRoundOffAfterEveryStage) {
     Settings s = disturbed(ends);
     drive(s, 1.0);
     Channel<TypeParam> channel(s, MPI_COMM_WORLD);
-    EXPECT_LT(channel.max_divergence(), 500 * epsilon<TypeParam>());
+    // Where x has walls the start profile runs into them: a divergence of 16 to be taken away.
+    const double start = ends[0] == periodic ? 500 : 8000;
+    EXPECT_LT(channel.max_divergence(), start * epsilon<TypeParam>());
     for (int n = 0; n < 3; ++n) {
       for (int stage = 0; stage < stage_count; ++stage) {
         channel.advance_stage(stage);
@@ -149,7 +151,7 @@ TYPED_TEST(Conservation, FieldsDoNotDependOnTheRanks) {
     Channel<TypeParam> parallel(s, MPI_COMM_WORLD), whole(s, MPI_COMM_SELF);
     const Decomposition& slabs = parallel.decomposition();
     EXPECT_LT(largest_difference(parallel.velocity(), slabs, whole.velocity(), true),
-              20 * epsilon<TypeParam>());
+              (ends[0] == periodic ? 20 : 100) * epsilon<TypeParam>());  // as above
     advance(parallel, 10);
     advance(whole, 10);
     // Ten steps, three solves each: round-off adds up and the flow amplifies it a little.
