@@ -54,10 +54,8 @@ std::size_t modes_of(int cells) { return static_cast<std::size_t>(cells / 2 + 1)
 
 FourierPlan<double> line_plan(int n, AlignedArray<std::complex<double>>& in,
                               AlignedArray<std::complex<double>>& out) {
-  using Complex = Fftw<double>::Complex;
-  return FourierPlan<double>(Fftw<double>::plan(n, 1, reinterpret_cast<Complex*>(in.data()), 1, n,
-                                                reinterpret_cast<Complex*>(out.data()), 1, n,
-                                                FFTW_FORWARD));
+  return FourierPlan<double>::complex({n, 1}, reinterpret_cast<double*>(in.data()),
+                                      reinterpret_cast<double*>(out.data()), FFTW_FORWARD);
 }
 
 /// Values at faces from those at the centres beside them, as the scheme takes them.
@@ -220,7 +218,7 @@ void Statistics<Real>::add_spectrum(std::span<const double> plane, std::size_t h
   const auto add_line = [&](const FourierPlan<double>& transform,
                             AlignedArray<std::complex<double>>& line, std::size_t n,
                             std::size_t lines, double length, double* to) {
-    transform(line.data(), modes_.data());
+    transform(reinterpret_cast<double*>(line.data()), reinterpret_cast<double*>(modes_.data()));
     const double scale = duration * length / (2.0 * M_PI) / (double(n) * double(n) * double(lines));
     for (std::size_t m = 1; m <= n / 2; ++m)
       to[m] += (2 * m == n ? 1.0 : 2.0) * scale * std::norm(modes_[m]);
