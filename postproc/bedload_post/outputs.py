@@ -4,6 +4,7 @@ import csv
 import math
 import tomllib
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -172,19 +173,52 @@ class Run:
                 data = np.loadtxt(_chain(first, lines), delimiter=",", usecols=columns, ndmin=2)
         return Collisions(data[:, 0].astype(int), data[:, 1].astype(int), data[:, 2], data[:, 3])
 
-    def sample_blocks(self, rows: int = BLOCK_ROWS) -> Iterator[Samples]:
-        """The mobile spheres' samples, at most `rows` at a time, in the order of time."""
+    def _row_ranges(
+        self, time: h5py.Dataset, rows: int, since: float
+    ) -> Iterator[tuple[slice, np.ndarray]]:
+        """Rows of whole instants from `since` on, about `rows` at a time, with their times."""
+        count = time.shape[0]
+        first = _first_row(time, since)
+        while first < count:
+            end = min(first + rows, count)
+            times = time[first:end]
+            whole = len(times)
+            if end < count and time[end] == times[-1]:
+                whole = int(np.searchsorted(times, times[-1]))
+                if whole == 0:  # one instant has more rows than asked for
+                    times = time[first : _first_row(time, np.nextafter(times[-1], np.inf))]
+                    whole = len(times)
+            yield slice(first, first + whole), times[:whole]
+            first += whole
+
+    def sample_blocks(self, rows: int = BLOCK_ROWS, since: float = -math.inf) -> Iterator[Samples]:
+        """The mobile spheres' samples, about `rows` at a time, in the order of time.
+
+        Only those from the time `since` on; an instant is never divided.
+        """
+        names = list(Samples.__dataclass_fields__)[1:]
+        with self._mobile() as group:
+            if group is not None:
+                for part, time in self._row_ranges(group["time"], rows, since):
+                    yield Samples(time, *(group[name][part] for name in names))
+
+    def instants(
+        self, rows: int = BLOCK_ROWS, since: float = -math.inf
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Times and tags of the samples alone, in the same blocks."""
+        with self._mobile() as group:
+            if group is not None:
+                for part, time in self._row_ranges(group["time"], rows, since):
+                    yield time, group["tag"][part]
+
+    @contextmanager
+    def _mobile(self) -> Iterator[h5py.Group | None]:
         path = self.folder / "spheres.h5"
         if not path.is_file():
+            yield None
             return
         with h5py.File(path, "r") as file:
-            if "mobile" not in file:
-                return
-            group = file["mobile"]
-            count = group["time"].shape[0]
-            for first in range(0, count, rows):
-                part = slice(first, min(first + rows, count))
-                yield Samples(*(group[name][part] for name in Samples.__dataclass_fields__))
+            yield file.get("mobile")
 
     def samples_of(self, tag: int) -> Samples:
         """All samples of one sphere."""
@@ -218,6 +252,18 @@ class Run:
                 *(file[f"grid/{axis}"][:] for axis in "xyz"),
                 *(group[name][:] for name in "uvw"),
             )  # fmt: skip
+
+
+def _first_row(time: h5py.Dataset, since: float) -> int:
+    """The first row at or after `since` in a table ordered by time (bisection on the disk)."""
+    low, high = 0, time.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if time[middle] < since:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 def _numbers_or_text(column: tuple[str, ...]) -> np.ndarray:

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from . import path, report, states, summary
+from .frames import time_ranges
 from .outputs import MissingOutput, Run
 from .summary import Line
 
@@ -76,7 +77,8 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
     grains: list[Line] = []
     if has_grains:
         phases = states.analyse(
-            run.collisions(), run.sample_blocks, run.periods, run.bulk_velocity, run.diameter
+            run.collisions(), time_ranges(run.instants()), run.sample_blocks(), run.periods,
+            run.bulk_velocity, run.diameter,
         )
         grains = summary.grain_lines(run, phases)
         if pictures:

@@ -20,14 +20,15 @@ And the record begins and ends somewhere: the first and the last phase count in 
 but are not `complete` and stay out of jump heights and slip lengths.
 
 The samples come in blocks in the order of time, so that their number is bounded by the disk alone;
-per grain and block the work is a few vectorised sweeps.
+per block the work is a few sweeps over all its grains at once.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
+from .frames import Frames, frames, group
 from .outputs import Collisions, Samples
 
 RESTING, CREEPING, JUMPING = 0, 1, 2
@@ -86,17 +87,17 @@ def classify(
 
 
 def unwrap(position: np.ndarray, periods: np.ndarray) -> np.ndarray:
-    """Continuous positions (n, 3) of one grain from those inside a periodic box.
+    """Continuous positions (m, ..., 3) from those inside a periodic box, m instants.
 
     `periods` (3): edge lengths, infinity where not periodic. A grain moves less than half a box
     from one sample to the next.
     """
-    step = np.diff(position, axis=0)
-    periodic = np.isfinite(periods)
-    turns = np.zeros_like(step)
-    turns[:, periodic] = np.round(step[:, periodic] / periods[periodic])
-    shift = np.where(periodic, periods, 0.0) * np.cumsum(turns, axis=0)
-    return np.concatenate([position[:1], position[1:] - shift])
+    unwrapped = position.copy()
+    for d in np.flatnonzero(np.isfinite(periods)):
+        turns = np.round(np.diff(position[..., d], axis=0) / periods[d])
+        if turns.any():
+            unwrapped[1:, ..., d] -= periods[d] * np.cumsum(turns, axis=0)
+    return unwrapped
 
 
 def timeline(
@@ -116,133 +117,168 @@ def timeline(
     return edges, begun > ended
 
 
-class _Grain:
-    """Running sums of one grain over its phases, fed with samples in the order of time."""
+class Ledger:
+    """Running sums of all grains over their phases, fed with frames in the order of time.
 
-    def __init__(self, edges: np.ndarray, contact: np.ndarray, periods: np.ndarray):
-        self.edges, self.contact, self._periods = edges, contact, periods
+    Grain g owns the rows first[g] .. first[g+1]-1 of the edges; a phase has the row of the edge that
+    it begins with, so each grain's last row belongs to no phase.
+    """
+
+    def __init__(self, edges: dict[int, np.ndarray], periods: np.ndarray):
+        self.tags = np.array(sorted(edges), dtype=np.int64)
+        parts = [edges[tag] for tag in self.tags.tolist()]
+        self.first = np.concatenate([[0], np.cumsum([len(part) for part in parts])]).astype(int)
+        self.edges = np.concatenate(parts or [np.empty(0)])
+        self._periods = periods
+        count = len(self.tags)
+        self._next = self.first[:-1].copy()  # the first edge that is still ahead
+        self._time = np.full(count, np.nan)  # of the last sample
+        self._last = np.zeros((7, count))  # its sums (2), speeds (2) and unwrapped position (3)
         # At each edge: int |u| dt, int |omega x R| dt, unwrapped position.
-        self._at_edge = np.full((len(edges), 5), np.nan)
-        self._top = np.full(len(edges) - 1, -np.inf)
-        self._last: tuple[np.ndarray, np.ndarray] | None = None  # time (1), row (1, 7)
+        self._at_edge = np.full((5, len(self.edges)), np.nan)
+        self._top = np.full(len(self.edges), -np.inf)
 
-    def add(self, samples: Samples) -> None:
-        """Takes in the next samples of this grain."""
-        time, position = samples.time, samples.position
-        spin, radius = samples.angular_velocity, samples.radius
-        speed = np.linalg.norm(samples.velocity, axis=1)
+    def add(self, frames: Frames) -> None:
+        """Takes in the next frames; grains that nobody announced are left out."""
+        columns, grains = known_columns(frames.tag, self.tags)
+        # Grains that were seen last at different instants (some new, say) go one after the other.
+        before = self._time[grains]
+        for time in np.unique(before):
+            same = np.isnan(before) if np.isnan(time) else before == time
+            self._add(frames.columns(columns[same]), grains[same], time)
+
+    def _add(self, frames: Frames, grains: np.ndarray, before: float) -> None:
+        time, position = frames.time, frames.position
         # |omega x R| with R = (0, -R, 0)
-        rolling = radius * np.hypot(spin[:, 0], spin[:, 2])
-        sums = np.zeros((len(time), 2))
-        if self._last is not None:
-            before, row = self._last
-            time = np.concatenate([before, time])
-            position = np.concatenate([row[:, 4:7], position])
-            speed, rolling = np.append(row[:, 2], speed), np.append(row[:, 3], rolling)
-            sums = np.concatenate([row[:, :2], sums])
-        position = unwrap(position, self._periods)
-        half_step = 0.5 * np.diff(time)
-        sums[1:, 0] = sums[0, 0] + np.cumsum(half_step * (speed[1:] + speed[:-1]))
-        sums[1:, 1] = sums[0, 1] + np.cumsum(half_step * (rolling[1:] + rolling[:-1]))
+        rate = np.empty((2, *position.shape[:2]))
+        np.sqrt(np.einsum("fnd,fnd->fn", frames.velocity, frames.velocity), out=rate[0])
+        spin = frames.angular_velocity
+        np.hypot(spin[..., 0], spin[..., 2], out=rate[1])
+        rate[1] *= frames.radius
+        sums = np.zeros((2, len(grains)))
+        if not np.isnan(before):
+            last = self._last[:, grains]
+            time = np.concatenate([[before], time])
+            position = np.concatenate([last[None, 4:].swapaxes(1, 2), position])
+            rate = np.concatenate([last[2:4, None], rate], axis=1)
+            sums = last[:2]
+        path = np.empty((5, len(time), len(grains)))
+        path[:2, 0] = sums
+        # Trapezoidal sums: one half (t' - t) (q' + q) after the other.
+        half = 0.5 * np.diff(time)[:, None]
+        np.cumsum(half * (rate[:, 1:] + rate[:, :-1]), axis=1, out=path[:2, 1:])
+        path[:2, 1:] += sums[:, None]
+        path[2:] = np.moveaxis(unwrap(position, self._periods), 2, 0)
 
-        values = np.column_stack([sums, position])
-        here = slice(*np.searchsorted(self.edges, [time[0], time[-1]], side="left") + [0, 1])
-        for column in range(values.shape[1]):
-            at = self.edges[here]
-            at = at[at <= time[-1]]
-            self._at_edge[here.start : here.start + len(at), column] = np.interp(
-                at, time, values[:, column]
-            )
-        self._raise_tops(time, position[:, 1])
-        self._last = (
-            time[-1:],
-            np.column_stack([sums[-1:], speed[-1:], rolling[-1:], position[-1:]]),
-        )
+        rows, column = self._edges_until(time[-1], grains)
+        at = np.clip(np.searchsorted(time, self.edges[rows], side="right") - 1, 0, None)
+        after = np.minimum(at + 1, len(time) - 1)
+        step = np.maximum(time[after] - time[at], np.finfo(float).tiny)
+        share = (self.edges[rows] - time[at]) / step
+        value = path[:, at, column]
+        self._at_edge[:, rows] = value + share * (path[:, after, column] - value)
+        self._raise_tops(time, path[3], rows, column, grains)
+        self._time[grains] = time[-1]
+        self._last[:2, grains], self._last[4:, grains] = path[:2, -1], path[2:, -1]
+        self._last[2:4, grains] = rate[:, -1]
+        self._next[grains] += np.bincount(column, minlength=len(grains))
 
-    def _raise_tops(self, time: np.ndarray, y: np.ndarray) -> None:
-        phase = np.clip(np.searchsorted(self.edges, time, side="right") - 1, 0, len(self._top) - 1)
-        starts = np.flatnonzero(np.diff(phase, prepend=-1))
-        touched = phase[starts]
-        self._top[touched] = np.maximum(self._top[touched], np.maximum.reduceat(y, starts))
+    def _edges_until(self, time: float, grains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of the edges still ahead up to `time`, grain by grain, and whose each one is."""
+        begin, end = self._next[grains], self.first[grains + 1]
+        upto = [
+            b + np.searchsorted(self.edges[b:e], time, side="right")
+            for b, e in zip(begin.tolist(), end.tolist(), strict=True)
+        ]
+        counts = np.array(upto, dtype=int) - begin
+        column = np.repeat(np.arange(len(grains)), counts)
+        within = np.arange(len(column)) - np.repeat(np.cumsum(counts) - counts, counts)
+        return begin[column] + within, column
+
+    def _raise_tops(self, time, y, rows, column, grains) -> None:
+        """top of each phase <- max(top, highest sample in it)."""
+        phase, start = segments(time, self.edges, rows, column, self._next[grains])
+        filled = np.diff(start, append=y.size) > 0
+        highest = np.maximum.reduceat(y.T.ravel(), start)[filled]
+        phase = phase[filled]
+        self._top[phase] = np.maximum(self._top[phase], highest)
 
     def columns(self) -> dict[str, np.ndarray]:
-        path, roll = np.diff(self._at_edge[:, :2], axis=0).T
-        position = self._at_edge[:, 2:]
-        y = position[:, 1]
-        top = np.maximum(self._top, np.maximum(y[1:], y[:-1]))
-        complete = np.ones(len(path), dtype=bool)
-        complete[[0, -1]] = False
+        """The phases' columns, by grain and then by time."""
+        phase = np.ones(len(self.edges), dtype=bool)
+        phase[self.first[1:] - 1] = False  # the last edge of each grain begins nothing
+        begin = np.flatnonzero(phase)
+        end = begin + 1
+        change = self._at_edge[:, end] - self._at_edge[:, begin]
+        y = self._at_edge[3]
+        owner = np.repeat(np.arange(len(self.tags)), np.diff(self.first))[begin]
         return {
-            "start": self.edges[:-1],
-            "end": self.edges[1:],
-            "contact": self.contact,
-            "complete": complete,
-            "path": path,
-            "roll": roll,
-            "distance": np.linalg.norm(np.diff(position, axis=0), axis=1),
-            "height": top - y[:-1],
+            "tag": self.tags[owner],
+            "start": self.edges[begin],
+            "end": self.edges[end],
+            "complete": (begin > self.first[owner]) & (end < self.first[owner + 1] - 1),
+            "path": change[0],
+            "roll": change[1],
+            "distance": np.linalg.norm(change[2:], axis=0),
+            "height": np.maximum(self._top[begin], np.maximum(y[begin], y[end])) - y[begin],
         }
 
 
-def _time_ranges(blocks: Iterable[Samples]) -> dict[int, tuple[float, float]]:
-    """First and last sample time of each grain, by tag."""
-    ranges: dict[int, tuple[float, float]] = {}
-    for block in blocks:
-        tags, first = np.unique(block.tag, return_index=True)
-        _, from_end = np.unique(block.tag[::-1], return_index=True)
-        last = len(block) - 1 - from_end
-        for tag, a, b in zip(tags.tolist(), block.time[first], block.time[last], strict=True):
-            ranges[tag] = (ranges.get(tag, (a, b))[0], b)
-    return ranges
+def known_columns(tag: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which of `tag` (n) are in the sorted `known`, and where there."""
+    place = np.searchsorted(known, tag)
+    columns = np.flatnonzero(known[np.minimum(place, len(known) - 1)] == tag) if len(known) else []
+    return np.asarray(columns, dtype=int), place[columns]
 
 
-def _group(keys: np.ndarray) -> Iterable[tuple[int, np.ndarray]]:
-    """(key, rows with that key in their order) for each different key."""
-    order = np.argsort(keys, kind="stable")
-    keys_sorted, starts = np.unique(keys[order], return_index=True)
-    return zip(keys_sorted.tolist(), np.split(order, starts)[1:], strict=True)
+def segments(
+    time: np.ndarray, edges: np.ndarray, rows: np.ndarray, column: np.ndarray, ahead: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Cuts frames, read grain after grain, where phases begin.
+
+    `rows` of `edges` lie within `time` (m), those of grain c have `column` c; `ahead` (n) is each
+    grain's first edge that was still ahead before. Returns the phase of each segment, and where it
+    starts among the n m samples in grain order; a segment may be empty.
+    """
+    count = len(ahead)
+    # The phase under way, then one per edge; a grain not yet begun has none and lends its first.
+    grain = np.concatenate([np.arange(count), column])
+    under_way = np.maximum(ahead - 1, 0)
+    phase = np.concatenate([under_way, rows])
+    start = np.concatenate([np.zeros(count, dtype=int), np.searchsorted(time, edges[rows])])
+    order = np.lexsort((phase, start, grain))
+    return phase[order], (start + grain * len(time))[order]
 
 
 def analyse(
     collisions: Collisions,
-    blocks: Callable[[], Iterable[Samples]],
+    ranges: dict[int, tuple[float, float]],
+    blocks: Iterable[Samples],
     periods: np.ndarray,
     bulk_velocity: float,
     diameter: float,
 ) -> Phases:
     """The phases of every mobile grain.
 
-    `blocks()` yields the samples afresh (they are read twice), `periods` (3) are the periodic edge
-    lengths [L] (infinity at walls), `bulk_velocity` is u_b [L/T], `diameter` D [L].
+    `ranges`: first and last sample of each grain by tag; `blocks`: the samples; `periods` (3): edge
+    lengths [L], infinity at walls; `bulk_velocity` is u_b [L/T], `diameter` D [L].
     """
-    ranges = _time_ranges(blocks())
     # A collision of two mobile grains belongs to both.
     tag = np.concatenate([collisions.tag_i, collisions.tag_j])
     start, end = np.tile(collisions.start, 2), np.tile(collisions.end, 2)
-    rows_of = dict(_group(tag))
+    rows_of = dict(group(tag))
     none = np.empty(0, dtype=int)
-    grains = {}
-    for grain, (first, last) in ranges.items():
+    edges, contact = {}, {}
+    for grain, (first, last) in sorted(ranges.items()):
         if last > first:
             rows = rows_of.get(grain, none)
-            edges, contact = timeline(start[rows], end[rows], first, last)
-            grains[grain] = _Grain(edges, contact, periods)
-    for block in blocks():
-        for grain, rows in _group(block.tag):
-            if grain in grains:
-                grains[grain].add(block.rows(rows))
-    return _table(grains, bulk_velocity, diameter)
-
-
-def _table(grains: dict[int, _Grain], bulk_velocity: float, diameter: float) -> Phases:
-    parts = [
-        {"tag": np.full(len(grain.contact), tag), **grain.columns()}
-        for tag, grain in sorted(grains.items())
-    ]
-    names = [name for name in Phases.__dataclass_fields__ if name != "state"]
-    columns = {n: np.concatenate([part[n] for part in parts] or [np.empty(0)]) for n in names}
-    for flag in ("contact", "complete"):
-        columns[flag] = columns[flag].astype(bool)
-    speed = columns["path"] / np.maximum(columns["end"] - columns["start"], np.finfo(float).tiny)
-    state = classify(speed, columns["distance"], columns["contact"], bulk_velocity, diameter)
-    return Phases(**columns, state=state)
+            edges[grain], contact[grain] = timeline(start[rows], end[rows], first, last)
+    ledger = Ledger(edges, periods)
+    for part in frames(blocks):
+        ledger.add(part)
+    columns = ledger.columns()
+    touches = np.concatenate(list(contact.values()) or [np.empty(0)]).astype(bool)
+    duration = columns["end"] - columns["start"]
+    speed = columns["path"] / np.maximum(duration, np.finfo(float).tiny)
+    state = classify(speed, columns["distance"], touches, bulk_velocity, diameter)
+    return Phases(**columns, contact=touches, state=state)

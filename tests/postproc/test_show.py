@@ -9,6 +9,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from bedload_post import path, states, summary
+from bedload_post.frames import time_ranges
 from bedload_post.outputs import MissingOutput, Run
 from synthetic import wandering_story, write_run
 
@@ -22,7 +23,8 @@ def folder(tmp_path_factory):
 
 def phases_of(run):
     return states.analyse(
-        run.collisions(), run.sample_blocks, run.periods, run.bulk_velocity, run.diameter
+        run.collisions(), time_ranges(run.instants()), run.sample_blocks(), run.periods,
+        run.bulk_velocity, run.diameter,
     )
 
 

@@ -7,6 +7,7 @@ off by at most speed x interval = 0.0025 times it.
 
 import numpy as np
 import pytest
+from bedload_post.frames import time_ranges
 from bedload_post.outputs import Collisions, Samples
 from bedload_post.states import (
     CREEPING,
@@ -35,7 +36,8 @@ def analysed(*stories, block_rows=10**6, partner=-1):
         for first in range(0, len(rows["time"]), block_rows):
             yield Samples(**{k: v[first : first + block_rows] for k, v in rows.items()})
 
-    return analyse(collisions, blocks, PERIODS, bulk_velocity=1.0, diameter=1.0)
+    ranges = time_ranges((block.time, block.tag) for block in blocks())
+    return analyse(collisions, ranges, blocks(), PERIODS, bulk_velocity=1.0, diameter=1.0)
 
 
 @pytest.mark.parametrize(

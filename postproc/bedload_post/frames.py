@@ -1,0 +1,88 @@
+"""Samples by instant: the same grains at successive times, as arrays (instants, grains).
+
+A run samples all its grains at each instant in the same order, so a block of rows is a rectangle and
+its sums run over whole columns at once. Where grains come or go within a block, it is taken apart
+into one rectangle per grain.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from .outputs import Samples
+
+
+@dataclass(frozen=True)
+class Frames:
+    """time (m), tag (n); position, velocity and angular_velocity (m, n, 3), radius (m, n)."""
+
+    time: np.ndarray
+    tag: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    angular_velocity: np.ndarray
+    radius: np.ndarray
+
+    def columns(self, which: np.ndarray) -> "Frames":
+        """Some of the grains, by their places."""
+        if len(which) == len(self.tag) and np.array_equal(which, np.arange(len(which))):
+            return self
+        parts = (getattr(self, name)[:, which] for name in PER_GRAIN)
+        return Frames(self.time, self.tag[which], *parts)
+
+
+PER_GRAIN = ("position", "velocity", "angular_velocity", "radius")
+
+
+def grains_per_instant(time: np.ndarray, tag: np.ndarray) -> int:
+    """n where the rows are whole instants of the same n grains in the same order, else 0."""
+    count = int(np.searchsorted(time, time[0], side="right")) if len(time) else 0
+    if count == 0 or len(time) % count:
+        return 0
+    times, tags = time.reshape(-1, count), tag.reshape(-1, count)
+    whole = (times == times[:, :1]).all() and (tags == tags[0]).all()
+    return count if whole and (np.diff(times[:, 0]) > 0).all() else 0
+
+
+def group(keys: np.ndarray) -> Iterable[tuple[int, np.ndarray]]:
+    """(key, rows with that key in their order) for each different key."""
+    order = np.argsort(keys, kind="stable")
+    keys_sorted, starts = np.unique(keys[order], return_index=True)
+    return zip(keys_sorted.tolist(), np.split(order, starts)[1:], strict=True)
+
+
+def frames(blocks: Iterable[Samples]) -> Iterator[Frames]:
+    """Rectangles of the samples; those of one grain come in the order of time."""
+    for block in blocks:
+        count = grains_per_instant(block.time, block.tag)
+        if count:
+            yield _rectangle(block, count)
+        else:
+            for _, rows in group(block.tag):
+                yield _rectangle(block.rows(rows), 1)
+
+
+def _rectangle(block: Samples, count: int) -> Frames:
+    parts = (getattr(block, name) for name in PER_GRAIN)
+    return Frames(
+        block.time[::count],
+        block.tag[:count],
+        *(part.reshape(-1, count, *part.shape[1:]) for part in parts),
+    )
+
+
+def time_ranges(instants: Iterable[tuple[np.ndarray, np.ndarray]]) -> dict[int, tuple[float, float]]:
+    """First and last sample time of each grain, by tag, from blocks of (time, tag)."""
+    ranges: dict[int, tuple[float, float]] = {}
+    for time, tag in instants:
+        count = grains_per_instant(time, tag)
+        if count:
+            tags, first, last = tag[:count], time[:count], time[-count:]
+        else:
+            tags, at_first = np.unique(tag, return_index=True)
+            _, from_end = np.unique(tag[::-1], return_index=True)
+            first, last = time[at_first], time[len(tag) - 1 - from_end]
+        for one, a, b in zip(tags.tolist(), first.tolist(), last.tolist(), strict=True):
+            ranges[one] = (ranges.get(one, (a, b))[0], b)
+    return ranges

@@ -1,0 +1,86 @@
+"""Every shipped scene starts: its bed has no overlap and the reported gap, its grains touch nothing.
+
+On coarse grids and for two steps: the paper's full-size scenes need hours otherwise.
+"""
+
+import math
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "postproc"))
+
+from bedload_launcher import job, scenes  # noqa: E402
+
+# Grid with four cells to a diameter (the least that is allowed) or five; what the bed has to be.
+SCENES = {
+    "setup1": ([288, 52, 144], 82, 36, 1),
+    "setup1_small": ([130, 65, 65], 30, 13, 1),
+    "setup2": ([208, 40, 108], 60, 27, 500),
+    "setup2_small": ([130, 50, 65], 30, 13, 125),
+}
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def run(request, tmp_path_factory):
+    """(name, output folder) of a scene's first two steps."""
+    out = tmp_path_factory.mktemp("scenes") / request.param
+    out.mkdir()
+    scene = scenes.find_scene(request.param)
+    settings = [f"grid.cells={SCENES[request.param][0]}", "output.spheres_every=0.0"]
+    work = job.Job(scene, "actm_hw", job.Ranks(1, 1), out, settings, 2)
+    programs = Path(os.environ["BEDLOAD_BIN"])
+    line = [
+        str(programs / Path(word).name) if Path(word).parent == job.BIN else word
+        for word in work.command()
+    ]
+    done = subprocess.run(
+        line, cwd=scene.folder, env=job.environment(), stdin=subprocess.DEVNULL,
+        capture_output=True, text=True, timeout=280,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    return request.param, out
+
+
+def nearest_distances(some, others, box, same):
+    """From each of `some` (n, 3) to the nearest of `others` (m, 3), x and z periodic."""
+    d = some[:, None, :] - others[None, :, :]
+    for axis in (0, 2):
+        d[..., axis] -= box[axis] * np.round(d[..., axis] / box[axis])
+    distance = np.sqrt((d**2).sum(axis=2))
+    if same:
+        np.fill_diagonal(distance, np.inf)
+    return distance.min(axis=1)
+
+
+def test_bed_and_grains(run):
+    name, out = run
+    cells, rows, columns, grains = SCENES[name]
+    with h5py.File(out / "spheres.h5") as file:
+        bed, tag = file["fixed/position"][:], file["mobile/tag"][:]
+        first = file["mobile/position"][: len(np.unique(tag))]
+    settings = (out / "settings.toml").read_text()
+    box = [float(v) for v in re.search(r"grid.length = \[(.*?)\]", settings)[1].split(",")]
+    assert len(bed) == rows * columns
+    assert len(first) == grains
+    # Touching along z, sqrt((L_x/rows)^2 + 1/4) from row to row.
+    gap = math.hypot(box[0] / rows, 0.5) - 1
+    assert gap >= 0
+    assert nearest_distances(bed, bed, box, True) == pytest.approx(1.0, abs=1e-9)
+    across = [row for row in np.unique(bed[:, 0].round(9))]
+    assert np.diff(across) == pytest.approx(box[0] / rows, abs=1e-8)
+    log = (out / "log.liggghts").read_text()
+    told = re.search(r"^bed: (\d+) rows of (\d+) spheres, gap between rows (\S+) D", log, re.M)
+    assert (int(told[1]), int(told[2])) == (rows, columns)
+    assert float(told[3]) == pytest.approx(gap, abs=1e-9)
+    # Dropped grains start free; the exposed one 2e-4 above its three supports.
+    assert nearest_distances(first, bed, box, False).min() > 1.0
+    if grains > 1:
+        assert nearest_distances(first, first, box, True).min() > 1.0
