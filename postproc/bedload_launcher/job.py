@@ -5,8 +5,8 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from .build import BIN
@@ -64,6 +64,8 @@ class Job:
     out: Path
     overrides: Sequence[str] = ()
     steps: int | None = None
+    variables: Mapping[str, str] = field(default_factory=dict)  # of in.liggghts
+    restart: Path | None = None  # a run's folder or one of its checkpoints
 
     def summary(self) -> str:
         """Scene, model and ranks in a few words."""
@@ -78,11 +80,15 @@ class Job:
             fluid += ["--set", override]
         if self.steps is not None:
             fluid += ["--steps", str(self.steps)]
+        if self.restart is not None:
+            fluid += ["--restart", str(self.restart)]
         line = ["mpirun", "--quiet", "-np", str(self.ranks.fluid), *fluid]
         if self.scene.moves_grains:
             dem = [str(BIN / "bedload-dem"), "-in", "in.liggghts", "-var", "out", str(self.out)]
             if self.model:
                 dem += ["-var", "model", self.model]
+            for name, value in self.variables.items():
+                dem += ["-var", name, value]
             dem += ["-log", str(self.out / "log.liggghts")]
             line += [":", "-np", str(self.ranks.dem), *dem]
         return line

@@ -86,3 +86,10 @@ def time_ranges(instants: Iterable[tuple[np.ndarray, np.ndarray]]) -> dict[int, 
         for one, a, b in zip(tags.tolist(), first.tolist(), last.tolist(), strict=True):
             ranges[one] = (ranges.get(one, (a, b))[0], b)
     return ranges
+
+
+def known_columns(tag: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which of `tag` (n) are in the sorted `known`, and where there."""
+    place = np.searchsorted(known, tag)
+    columns = np.flatnonzero(known[np.minimum(place, len(known) - 1)] == tag) if len(known) else []
+    return np.asarray(columns, dtype=int), place[columns]

@@ -220,9 +220,9 @@ class Run:
         with h5py.File(path, "r") as file:
             yield file.get("mobile")
 
-    def samples_of(self, tag: int) -> Samples:
+    def samples_of(self, tag: int, since: float = -math.inf) -> Samples:
         """All samples of one sphere."""
-        parts = [block.rows(block.tag == tag) for block in self.sample_blocks()]
+        parts = [block.rows(block.tag == tag) for block in self.sample_blocks(since=since)]
         if not sum(map(len, parts)):
             raise MissingOutput(f"{self.folder} has no samples of sphere {tag}.")
         names = Samples.__dataclass_fields__

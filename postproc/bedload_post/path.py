@@ -56,7 +56,9 @@ def _line(axes, points: np.ndarray, state: np.ndarray) -> None:
     axes.plot(rests[:, 0], rests[:, 1], ".", color=COLOURS[RESTING], ms=7, mew=0, zorder=5)
 
 
-def draw(run: Run, phases: Phases, samples: Samples, tag: int, file: Path) -> None:
+def draw(
+    run: Run, phases: Phases, samples: Samples, tag: int, file: Path, dpi: int = 150
+) -> None:
     """Draws the path of the grain `tag`, whose samples are given, into `file`."""
     samples = samples.rows(slice(None, None, max(1, len(samples) // MOST_POINTS)))
     diameter, box = run.diameter, run.box
@@ -106,7 +108,7 @@ def draw(run: Run, phases: Phases, samples: Samples, tag: int, file: Path) -> No
         f" mean velocity {mean:.3f} u$_b$",
         fontsize=12,
     )
-    figure.savefig(file, dpi=150)
+    figure.savefig(file, dpi=dpi)
     plt.close(figure)
 
 

@@ -20,14 +20,16 @@ pre { background: #f6f6f4; padding: 1em; overflow-x: auto; font-size: 13px; }
 """
 
 
-def _image(file: Path, caption: str) -> str:
+def image(file: Path, caption: str) -> str:
+    """A heading and the picture, embedded; nothing where there is no such file."""
     if not file.is_file():
         return ""
     data = base64.b64encode(file.read_bytes()).decode("ascii")
     return f'<h2>{caption}</h2><img alt="{caption}" src="data:image/png;base64,{data}">'
 
 
-def _table(rows: Iterable[Sequence[str]], classes: Sequence[str]) -> str:
+def table(rows: Iterable[Sequence[str]], classes: Sequence[str]) -> str:
+    """Rows of text; `classes`: one of each column."""
     def cells(row):
         return "".join(
             f'<td class="{name}">{html.escape(cell)}</td>'
@@ -48,17 +50,17 @@ def write(
 
     def numbers(title: str, lines: list[Line]) -> str:
         rows = ((line.what, line.value, line.note) for line in lines)
-        return f"<h2>{title}</h2>" + _table(rows, ("", "number", "note")) if lines else ""
+        return f"<h2>{title}</h2>" + table(rows, ("", "number", "note")) if lines else ""
 
     seconds = ((part, f"{value:.1f} s", f"{100 * share:.1f} %") for part, value, share in times)
     settings = html.escape((run.folder / "settings.toml").read_text(encoding="utf-8"))
     body = [
         f"<h1>{html.escape(run.name)}</h1>",
-        _image(run.folder / "picture.png", "The scene at the last snapshot"),
-        _image(run.folder / "path.png", "The grain's path"),
+        image(run.folder / "picture.png", "The scene at the last snapshot"),
+        image(run.folder / "path.png", "The grain's path"),
         numbers("Grains", grains),
         numbers("Flow and checks", flow),
-        "<h2>Where the time went</h2>" + _table(seconds, ("", "number", "number")) if times else "",
+        "<h2>Where the time went</h2>" + table(seconds, ("", "number", "number")) if times else "",
         f"<h2>Settings in force</h2><pre>{settings}</pre>",
     ]
     page = (

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .frames import Frames, frames, group
+from .frames import Frames, frames, group, known_columns
 from .outputs import Collisions, Samples
 
 RESTING, CREEPING, JUMPING = 0, 1, 2
@@ -222,13 +222,6 @@ class Ledger:
             "distance": np.linalg.norm(change[2:], axis=0),
             "height": np.maximum(self._top[begin], np.maximum(y[begin], y[end])) - y[begin],
         }
-
-
-def known_columns(tag: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which of `tag` (n) are in the sorted `known`, and where there."""
-    place = np.searchsorted(known, tag)
-    columns = np.flatnonzero(known[np.minimum(place, len(known) - 1)] == tag) if len(known) else []
-    return np.asarray(columns, dtype=int), place[columns]
 
 
 def segments(

@@ -1,0 +1,190 @@
+"""Distributions, shares, batches and friction velocity of made-up records whose numbers are known."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+from bedload_post import models_report, profiles, transport
+from bedload_post.batches import estimate
+from bedload_post.frames import frames, grains_per_instant, time_ranges
+from bedload_post.outputs import MissingOutput, Run, Samples
+from bedload_post.states import CREEPING, JUMPING, RESTING
+from synthetic import Story, wandering_story, write_run
+
+
+def story_of_three_states():
+    """5 at rest, 2 creeping (u 0.25, rolling), 3 jumping (u 1, spin -0.4), 10 at rest."""
+    story = Story(samples_per_time=100).piece(5.0, contact=True)
+    story.piece(2.0, (0.25, 0, 0), spin_z=-0.5).touch(1e-3)
+    story.piece(3.0, (1.0, 0, 0), spin_z=-0.4, jump_height=0.3).touch(1e-3)
+    return story.piece(10.0, contact=True)
+
+
+def even(story, step=0.01):
+    """The story sampled at equal intervals, as a run samples."""
+    time = np.arange(0.0, story.now, step)
+    for name in ("position", "velocity", "spin"):
+        values = np.array(getattr(story, name))
+        columns = [np.interp(time, story.time, values[:, d]) for d in range(3)]
+        setattr(story, name, list(np.stack(columns, axis=1)))
+    story.time = list(time)
+    return story
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    return Run(write_run(tmp_path_factory.mktemp("run") / "actm", even(story_of_three_states())))
+
+
+@pytest.fixture(scope="module")
+def measured(run):
+    return transport.measure(run)
+
+
+def test_mean_velocity_and_shares(measured):
+    # 0.5 D creeping and 3 D jumping in 20.002; bounds: one sample at each change of speed.
+    assert measured.mean("velocity").mean == pytest.approx(3.5 / 20.0, abs=0.01 * 2.5 / 20)
+    shares = [measured.share_of(s).mean for s in (RESTING, CREEPING, JUMPING)]
+    assert shares == pytest.approx([0.75, 0.10, 0.15], abs=2e-3)
+
+
+def test_samples_know_the_state_of_their_phase(measured):
+    # Spin -0.4 belongs to jumping alone, -0.5 to creeping alone (bins are 0.025 wide).
+    x, density = measured.spin_pdf(JUMPING)
+    assert x[np.argmax(density)] == pytest.approx(-0.4, abs=0.0126)
+    x, density = measured.spin_pdf(CREEPING)
+    assert x[np.argmax(density)] == pytest.approx(-0.5, abs=0.0126)
+    x, density = measured.velocity_pdf(CREEPING)
+    assert x[np.argmax(density)] == pytest.approx(0.25, abs=0.0051)
+    assert measured.velocities[JUMPING].sum() == pytest.approx(300, abs=3)
+    assert measured.velocities.sum() == measured.samples
+
+
+def test_densities_integrate_to_one(measured):
+    for x, density in (measured.height_pdf(), measured.velocity_pdf(JUMPING)):
+        assert (density * (x[1] - x[0])).sum() == pytest.approx(1.0, abs=1e-12)
+
+
+def test_profiles_over_height(measured):
+    # All motion at rest height 1.5 except the parabola, where u = 1 and spin = -0.4.
+    y, velocity = measured.over_height(2)
+    _, spin = measured.over_height(1)
+    assert velocity[y > 1.52] == pytest.approx(1.0, abs=1e-9)
+    assert spin[y > 1.52] == pytest.approx(-0.4, abs=1e-9)
+    low = np.argmin(np.abs(y - 1.51))
+    # 15 at rest, 2 at 0.25, and the parabola's ends below 1.52 at 1.
+    assert 0.02 < velocity[low] < 0.1
+
+
+def test_start_up_is_left_out(run):
+    late = transport.measure(run, since=7.0)
+    assert late.time[0][0] == pytest.approx(7.0, abs=1e-9)
+    assert late.mean("velocity").mean == pytest.approx(3.0 / 13.0, abs=0.01 * 2 / 13)
+    with pytest.raises(MissingOutput, match="after t = 50"):
+        transport.measure(run, since=50.0)
+
+
+def test_jump_heights_and_slip(measured):
+    assert transport.jump_heights(measured.phases, 1.0) == pytest.approx([0.3], abs=1e-3)
+    # Speed 0.25 and omega R = 0.25: rolls, L_slip = 0 over L = 0.5.
+    story = Story(samples_per_time=100)
+    for spin in (-0.5, -0.5, 0.0, 0.0):
+        story.touch(1e-3).piece(2.0, (0.25, 0, 0), spin_z=spin)
+    story.touch(1e-3)
+    from test_states import analysed
+
+    phases = analysed(story)
+    length, slip, _ = transport.creeping_slip(phases, 1.0, np.array([0.3, 0.6]))
+    # Two roll (0), two slide (-0.5).
+    assert length == pytest.approx([0.5], abs=0.01)
+    assert slip == pytest.approx([-0.25], abs=0.01)
+
+
+def test_interval_of_independent_batches_holds_the_mean_in_95_of_100():
+    numbers = np.random.default_rng(3)
+    held = 0
+    for _ in range(400):
+        found = estimate(numbers.normal(2.0, 1.0, 500), batches=10)
+        held += abs(found.mean - 2.0) < found.half_width
+    # Binomial: 380 +- 4.4; five standard deviations.
+    assert 358 <= held <= 400
+
+
+def test_interval_is_student_s():
+    found = estimate(np.array([1.0, 2.0, 3.0, 4.0]), batches=4)
+    # s = 1.29099, t_{0.975, 3} = 3.18245
+    assert found.half_width == pytest.approx(3.18245 * 1.29099 / 2, rel=1e-5)
+    assert estimate(np.array([0.0, 1.0] * 8), batches=16).memory == pytest.approx(-15 / 16)
+    assert np.isnan(estimate(np.array([1.0]), batches=4).half_width)
+
+
+def test_bed_stress_is_extrapolated_from_the_clear_flow(tmp_path):
+    """tau = f (top - y) above the grains; below, spheres take it up."""
+    face = np.linspace(0.0, 9.0, 46)
+    stress = np.where(face > 3.0, 0.002 * (9.0 - face), 0.001)
+    folder = write_run(tmp_path / "run", wandering_story())
+    with h5py.File(folder / "statistics.h5", "w") as file:
+        file.attrs["samples"] = 10
+        file.attrs["driving"] = 0.002
+        file["profiles/y_face"] = face
+        file["profiles/viscous"], file["profiles/turbulent"] = 0.25 * stress, 0.75 * stress
+    run = Run(folder)
+    assert profiles.read_profiles(run).bed_stress(1.0, 4.0) == pytest.approx(0.016, rel=1e-12)
+    friction, source = profiles.friction_velocity(run, 0.0)
+    assert friction == pytest.approx(np.sqrt(0.016), rel=1e-12)
+    assert "total stress" in source
+    (folder / "statistics.h5").unlink()
+    # history.csv has driving 0.004 over a depth of 8.
+    assert profiles.friction_velocity(run, 0.0)[0] == pytest.approx(np.sqrt(0.032), rel=1e-12)
+
+
+def test_a_block_of_whole_instants_is_one_rectangle():
+    tag, time = np.tile([4, 7, 9], 5), np.repeat(np.arange(5.0), 3)
+    assert grains_per_instant(time, tag) == 3
+    assert grains_per_instant(time[:-1], tag[:-1]) == 0
+    swapped = tag.copy()
+    swapped[3:5] = swapped[[4, 3]]
+    assert grains_per_instant(time, swapped) == 0
+    assert time_ranges([(time, tag), (time + 5, tag)]) == {4: (0, 9), 7: (0, 9), 9: (0, 9)}
+
+
+def test_grains_that_come_and_go():
+    """Grain 2 is there for instants 3 to 6 alone: its frames are its own."""
+    rows = [(t, g) for t in range(10) for g in (1, 2) if g == 1 or 3 <= t <= 6]
+    time, tag = np.array(rows, float)[:, 0], np.array(rows)[:, 1]
+    three = np.tile(time[:, None], 3)
+    block = Samples(time, tag, three, three, three, np.full(len(time), 0.5))
+    parts = {int(f.tag[0]): f for f in frames([block])}
+    assert parts[2].time.tolist() == [3, 4, 5, 6]
+    assert parts[1].position[:, 0, 0].tolist() == list(range(10))
+    assert time_ranges([(time, tag)]) == {1: (0, 9), 2: (3, 6)}
+
+
+def test_report_of_two_models(run, tmp_path):
+    cases = [models_report.make_case(name, run, 0.0) for name in ("rpm", "actm_hw")]
+    folder = tmp_path / "report"
+    told = {"date": "2026-01-01"}
+    models_report.write(
+        models_report.Comparison("made up", cases, True, told), folder, "<p>Because.</p>"
+    )
+    kept = json.loads((folder / "numbers.json").read_text())
+    assert kept["circumstances"] == told
+    assert kept["runs"][0]["mean_velocity"] == pytest.approx(0.175, abs=2e-3)
+    assert kept["runs"][1]["paper_mean_velocity"] == 0.093
+    page = (folder / "report.html").read_text()
+    assert "<p>Because.</p>" in page
+    assert "The intervals do not part rpm and actm + HW." in page  # the same run twice
+    # Everything is in the one file.
+    assert page.count("data:image/png;base64") == len(list(folder.glob("*.png"))) >= 8
+    assert 'src="' not in page.replace('src="data:', "")
+
+
+def test_order_is_told_as_it_is():
+    def value(model, velocity):
+        return {"model": model, "mean_velocity": velocity, "mean_velocity_interval": 0.01}
+
+    right = [value(m, u) for m, u in zip(("rpm", "rpm_hw", "actm", "actm_hw"), (4, 3, 2, 1))]
+    assert models_report.order_sentence(right).endswith("actm + HW, the paper's.")
+    wrong = [value("rpm", 1.0), value("actm", 2.0)]
+    assert "actm > rpm; the paper's is rpm > actm." in models_report.order_sentence(wrong)
