@@ -58,6 +58,7 @@ def write(
         f"<h1>{html.escape(run.name)}</h1>",
         image(run.folder / "picture.png", "The scene at the last snapshot"),
         image(run.folder / "path.png", "The grain's path"),
+        image(run.folder / "profiles.png", "Flow statistics over y"),
         numbers("Grains", grains),
         numbers("Flow and checks", flow),
         "<h2>Where the time went</h2>" + table(seconds, ("", "number", "number")) if times else "",

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from . import path, report, states, summary
+from . import flow_statistics, path, profile_figures, report, states, summary
 from .frames import time_ranges
 from .outputs import MissingOutput, Run
 from .summary import Line
@@ -85,6 +85,8 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
             tag = path.chosen_grain(phases)
             path.draw(run, phases, run.samples_of(tag), tag, folder / "path.png")
     if pictures:
+        if (folder / flow_statistics.FILE).is_file():
+            profile_figures.draw(flow_statistics.read(run), folder / "profiles.png")
         _render(console, run)
     flow = _or_note(console, lambda: summary.flow_lines(run), [])
     times = _or_note(console, lambda: summary.time_rows(run), [])
@@ -98,6 +100,7 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
     for file, what in (
         ("picture.png", "the scene"),
         ("path.png", "the grain's path, coloured by state"),
+        ("profiles.png", "mean flow, fluctuations and stress over y"),
         ("report.html", "both with all numbers and settings, in one file"),
         ("fields.xdmf", "fields for ParaView"),
         ("spheres.xdmf", "spheres for ParaView"),

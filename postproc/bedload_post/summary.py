@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from . import flow_statistics
 from .outputs import MissingOutput, Run
 from .states import NAMES, Phases
 
@@ -54,6 +55,23 @@ def grain_lines(run: Run, phases: Phases) -> list[Line]:
     return lines
 
 
+def statistics_lines(run: Run) -> list[Line]:
+    """Friction and stress balance from statistics.h5, where a run has taken statistics."""
+    if not (run.folder / flow_statistics.FILE).is_file():
+        return []
+    s = flow_statistics.read(run)
+    lines = [
+        Line("statistics over", f"{s.end - s.begin:.4g}", f"{s.samples} samples"),
+        Line("friction velocity there", f"{s.u_tau / run.bulk_velocity:.4f} u_b"),
+        Line("Re_tau there", f"{s.u_tau * run.depth / run.viscosity:.1f}", "u_tau H / nu"),
+    ]
+    if s["fluid"].min() == 1.0:
+        lines.append(
+            Line("stress off a straight line", f"{100 * s.stress_defect:.2f} %", "of rho u_tau^2")
+        )
+    return lines
+
+
 def flow_lines(run: Run) -> list[Line]:
     """State of the flow, from the second half of history.csv, and the run's own checks."""
     history = run.history()
@@ -78,6 +96,7 @@ def flow_lines(run: Run) -> list[Line]:
             shields = run.value("fluid.density") * friction**2
             shields /= run.submerged_weight * run.diameter
             lines.append(Line("Shields number", f"{shields:.4f}", "critical: 0.035"))
+    lines += statistics_lines(run)
     scale = run.bulk_velocity
     lines += [
         Line("divergence, largest", f"{np.abs(history['max_divergence']).max():.1e}", "1/T"),

@@ -1,0 +1,138 @@
+"""Turbulent channel at Re_tau = 180 against published direct numerical simulations.
+
+Runs inputs/channel180 (a coarse start that becomes turbulent, then the scene's own grid), or takes
+the outputs of runs made before (--from), and compares: mean velocity within 2 %, peaks of the
+fluctuations within 3 %, total stress a straight line. Leaves profiles.png and numbers.json in
+postproc/reports/channel180.
+"""
+
+import argparse
+import csv
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+from bedload_launcher import bench, job
+from bedload_launcher.build import ROOT
+from bedload_launcher.scenes import find_scene
+from bedload_post import flow_statistics, profile_figures
+
+SCENE = "channel180"
+REFERENCE = Path(__file__).parent / "reference"
+REPORT = ROOT / "postproc" / "reports" / SCENE
+MEAN_BOUND, RMS_BOUND, STRESS_BOUND = 0.02, 0.03, 0.02
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--ranks", help="MPI ranks of the fluid (default: every core)")
+    parser.add_argument(
+        "--out", type=Path, default=Path("runs") / SCENE, help="where the runs leave their files"
+    )
+    parser.add_argument(
+        "--from", dest="outputs", type=Path, nargs="+", metavar="OUT",
+        help="compare these outputs, pieces of one flow, and run nothing",
+    )  # fmt: skip
+    parser.add_argument("--report", type=Path, default=REPORT, help="folder of figure and numbers")
+
+
+def columns(file: Path) -> dict[str, np.ndarray]:
+    """A reference table by column; lines that begin with # are its source."""
+    with file.open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(line for line in stream if not line.startswith("#")))
+    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+
+
+def compute(options: argparse.Namespace) -> Path:
+    """The two runs; returns the output of the second."""
+    scene, ranks = find_scene(SCENE), job.Ranks.parse(options.ranks)
+    cells = scene.cells([])
+    half = [max(4, n // 2) for n in cells]
+    coarse, fine = (options.out.resolve() / name for name in ("coarse", "fine"))
+    start = [f"grid.cells={half}", "time.end=60.0", "time.step=0.08", "statistics.every=0",
+             "statistics.spectra_heights=[]"]  # fmt: skip
+    go_on = ['start.from="state"', f'start.file="{coarse}/state.h5"']
+    for out, changes in ((coarse, start), (fine, go_on)):
+        out.mkdir(parents=True, exist_ok=True)
+        work = job.Job(scene, None, ranks, out, changes)
+        status = job.run(work.command(), scene.folder)
+        if status != 0:
+            sys.exit(status)
+    return fine
+
+
+def largest_difference(y, values, y_reference, reference, lowest, highest) -> float:
+    """Largest relative difference at the reference's points with lowest < y < highest."""
+    inside = (y_reference > lowest) & (y_reference < highest)
+    here = np.interp(y_reference[inside], y, values)
+    return float(np.abs(here / reference[inside] - 1).max())
+
+
+def peak(y: np.ndarray, values: np.ndarray) -> tuple[float, float]:
+    """Largest value and its place, by the parabola through the three points about it."""
+    n = int(np.clip(np.argmax(values), 1, len(values) - 2))
+    a, b, c = np.polyfit(y[n - 1 : n + 2] - y[n], values[n - 1 : n + 2], 2)
+    at = float(np.clip(-b / (2 * a), y[n - 1] - y[n], y[n + 1] - y[n])) if a < 0 else 0.0
+    return float(a * at**2 + b * at + c), float(y[n] + at)
+
+
+def compare(s: flow_statistics.FlowStatistics) -> tuple[dict, flow_statistics.WallProfiles]:
+    """All numbers of the comparison."""
+    mean, rms = columns(REFERENCE / "mkm180_mean.csv"), columns(REFERENCE / "channel180_rms.csv")
+    p = flow_statistics.wall_profiles(s)
+    bulk = float(s["u"].mean())
+    numbers = {
+        "samples": s.samples,
+        "Re_tau": p.reynolds,
+        "u_tau_over_U_b": s.u_tau / bulk,
+        "U_b_plus": bulk / s.u_tau,
+        "U_c_plus": float(p.u[-1]),
+        "mean_difference": largest_difference(
+            p.y, p.u, mean["yplus"], mean["Uplus"], p.y[0], p.y[-1]
+        ),
+        "stress_defect": s.stress_defect,
+        "peaks": {},
+    }
+    for q in "uvw":
+        found, at = peak(p.y, p.rms[q])
+        wanted, wanted_at = peak(rms["yplus"], rms[f"{q}rms"])
+        numbers["peaks"][q] = {
+            "found": found, "at": at, "reference": wanted, "reference_at": wanted_at,
+            "difference": found / wanted - 1,
+        }  # fmt: skip
+    found, at = peak(p.y, -p.uv)
+    wanted, wanted_at = peak(rms["yplus"], -rms["uv"])
+    numbers["peaks"]["uv"] = {
+        "found": found, "at": at, "reference": wanted, "reference_at": wanted_at,
+        "difference": found / wanted - 1,
+    }  # fmt: skip
+    numbers["holds"] = {
+        "mean within 2 %": numbers["mean_difference"] < MEAN_BOUND,
+        "rms peaks within 3 %": all(abs(numbers["peaks"][q]["difference"]) < RMS_BOUND for q in "uvw"),
+        "total stress a straight line": s.stress_defect < STRESS_BOUND,
+    }
+    return numbers, p
+
+
+def run(options: argparse.Namespace) -> int:
+    outputs = options.outputs or [compute(options)]
+    s = flow_statistics.read_all(outputs)
+    numbers, p = compare(s)
+    options.report.mkdir(parents=True, exist_ok=True)
+    mean, rms = columns(REFERENCE / "mkm180_mean.csv"), columns(REFERENCE / "channel180_rms.csv")
+    profile_figures.draw_against(p, mean, rms, s, options.report / "profiles.png")
+    record = numbers | bench.circumstances()
+    (options.report / "numbers.json").write_text(json.dumps(record, indent=2) + "\n")
+    print(f"Re_tau {numbers['Re_tau']:.1f}, U_b+ {numbers['U_b_plus']:.2f}, U_c+ {numbers['U_c_plus']:.2f}")
+    print(f"mean velocity: largest difference {100 * numbers['mean_difference']:.2f} %")
+    for q, values in numbers["peaks"].items():
+        print(
+            f"peak of {q:2}: {values['found']:.3f} at y+ {values['at']:.1f}; reference "
+            f"{values['reference']:.3f} at {values['reference_at']:.1f}: "
+            f"{100 * values['difference']:+.1f} %"
+        )
+    print(f"total stress off a straight line: {100 * numbers['stress_defect']:.2f} % of rho u_tau^2")
+    for what, holds in numbers["holds"].items():
+        print(f"{'ok  ' if holds else 'MISS'} {what}")
+    print(f"in {options.report}")
+    return 0 if all(numbers["holds"].values()) else 1

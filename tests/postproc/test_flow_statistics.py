@@ -1,0 +1,95 @@
+"""Flow statistics: pieces of one flow put together, a channel's halves in wall units, the comparison."""
+
+import h5py
+import numpy as np
+import pytest
+from bedload_post import flow_statistics, profile_figures
+from bedload_post.outputs import MissingOutput, Run
+from bedload_studies import channel180
+
+NU, U_TAU, PLANES = 0.01, 0.5, 40
+CENTRES = ("y", "fluid", "u", "w", "p", "uu", "ww", "uw", "pp", "acceleration", "spheres")
+
+
+def write(folder, samples, begin, shift=0.0):
+    """A channel of height 2: u is a parabola plus `shift`, uu = 1 + y, uv antisymmetric."""
+    folder.mkdir()
+    (folder / "settings.toml").write_text(
+        f"fluid.kinematic_viscosity = {NU}\nfluid.density = 2.0\nreference.velocity = 1.0\n"
+        "reference.height = 1.0\nreference.diameter = 1.0\n"
+    )
+    face = np.linspace(0.0, 2.0, PLANES + 1)
+    y = 0.5 * (face[1:] + face[:-1])
+    data = {name: np.zeros(PLANES if name in CENTRES else PLANES + 1) for name in
+            (*CENTRES, "y_face", "fluid_face", "v", "vv", "uv", "vw", "viscous", "turbulent")}  # fmt: skip
+    data |= {"y": y, "y_face": face, "u": y * (2 - y) + shift, "uu": 1.0 + y * (2 - y)}
+    data |= {"uv": -0.1 * (1 - face), "vv": 0.04 + 0 * face, "ww": 0.09 + 0 * y}
+    data |= {"fluid": 1 + 0 * y, "turbulent": 0.1 * 2 * (1 - face)}
+    data["viscous"] = 2 * U_TAU**2 * (1 - face) - data["turbulent"]
+    with h5py.File(folder / "statistics.h5", "w") as file:
+        file.attrs.update(
+            samples=samples, begin=begin, end=begin + samples, driving=0.5, u_tau=U_TAU,
+            wall_stress=[0.5, 0.5], re_tau=U_TAU / NU, stress_defect=0.0,
+        )  # fmt: skip
+        for name, values in data.items():
+            file[f"profiles/{name}"] = values
+        group = file.create_group("spectra")
+        group.attrs["wavenumber_step"] = [0.5, 2.0]
+        at = group.create_group("height_0")
+        at.attrs["height"] = 0.3
+        for q in "uvw":
+            at[f"{q}_along_x"] = np.array([0.0, 3.0, 1.0]) + shift
+            at[f"{q}_along_z"] = np.array([0.0, 2.0])
+    return folder
+
+
+def test_pieces_become_one_flow(tmp_path):
+    folders = [write(tmp_path / "a", 10, 0.0), write(tmp_path / "b", 30, 10.0, shift=0.4)]
+    s = flow_statistics.read_all(folders)
+    assert (s.samples, s.begin, s.end) == (40, 0.0, 40.0)
+    np.testing.assert_allclose(s["u"], s["y"] * (2 - s["y"]) + 0.3)
+    # The means differ by 0.4, with weights 1/4 and 3/4: 3/16 0.4^2 more variance.
+    np.testing.assert_allclose(s["uu"], 1 + s["y"] * (2 - s["y"]) + 3 / 16 * 0.16)
+    np.testing.assert_allclose(s["uv"], -0.1 * (1 - s["y_face"]), atol=1e-15)
+    np.testing.assert_allclose(s.spectra[0].along["u_x"], [3.3, 1.3])
+    np.testing.assert_allclose(s.spectra[0].k["x"], [0.5, 1.0])
+    assert s.stress_defect < 1e-12
+
+
+def test_halves_are_averaged_in_wall_units(tmp_path):
+    p = flow_statistics.wall_profiles(flow_statistics.read(Run(write(tmp_path / "a", 10, 0.0))))
+    assert p.reynolds == pytest.approx(50.0)
+    assert len(p.y) == PLANES // 2
+    y = p.y * NU / U_TAU
+    np.testing.assert_allclose(p.u, y * (2 - y) / U_TAU)
+    np.testing.assert_allclose(p.rms["w"], 0.3 / U_TAU)
+    np.testing.assert_allclose(p.rms["v"], 0.2 / U_TAU)
+    np.testing.assert_allclose(p.uv, -0.1 * (1 - y) / U_TAU**2)
+    np.testing.assert_allclose(p.stress, 1 - p.y_face * NU / U_TAU, atol=1e-12)
+
+
+def test_a_run_without_statistics_says_so(tmp_path):
+    folder = write(tmp_path / "a", 1, 0.0)
+    (folder / "statistics.h5").unlink()
+    with pytest.raises(MissingOutput, match="statistics.every"):
+        flow_statistics.read(Run(folder))
+
+
+def test_the_comparison_knows_the_reference_and_a_difference(tmp_path):
+    s = flow_statistics.read(Run(write(tmp_path / "a", 10, 0.0)))
+    numbers, p = channel180.compare(s)
+    # Published: u' 2.66 at y+ 14 to 15, v' 0.85, w' 1.09, -uv 0.73.
+    wanted = {"u": 2.66, "v": 0.85, "w": 1.09, "uv": 0.73}
+    for name, value in wanted.items():
+        assert numbers["peaks"][name]["reference"] == pytest.approx(value, abs=0.006)
+    assert 14 < numbers["peaks"]["u"]["reference_at"] < 15
+    assert not numbers["holds"]["mean within 2 %"]
+    assert numbers["holds"]["total stress a straight line"]
+    mean, rms = (channel180.columns(channel180.REFERENCE / name)
+                 for name in ("mkm180_mean.csv", "channel180_rms.csv"))  # fmt: skip
+    assert channel180.largest_difference(
+        mean["yplus"], 1.03 * mean["Uplus"], mean["yplus"], mean["Uplus"], 1, 170
+    ) == pytest.approx(0.03)
+    profile_figures.draw_against(p, mean, rms, s, tmp_path / "against.png")
+    profile_figures.draw(s, tmp_path / "profiles.png")
+    assert (tmp_path / "against.png").stat().st_size > 10_000
