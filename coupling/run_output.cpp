@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "fluid/bandwidth.hpp"
 #include "fluid/errors.hpp"
 #include "fluid/fft_length.hpp"
 #include "fluid/output/agreement.hpp"
@@ -17,6 +18,8 @@
 
 namespace bedload {
 namespace {
+
+constexpr double worth_a_measurement = 20.0;  // seconds in the flow solver
 
 bool is_first(MPI_Comm comm) {
   int rank = 0;
@@ -51,6 +54,7 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
       simulation_(simulation),
       settings_(simulation.channel().settings()),
       first_rank_(is_first(simulation.channel().comm())),
+      first_step_(simulation.channel().step()),
       last_step_(last_step),
       effects_(effects),
       phase_(simulation.timing().add_phase("output")),
@@ -120,12 +124,30 @@ void RunOutput<Real>::finish(const std::string& time_line) {
     });
   });
   const std::vector<TimingRow> times = simulation_.timing().reduce(comm);
+  const std::vector<PhaseRow> phase_times = phases();
+  double seconds = 0.0;
+  for (const PhaseRow& row : phase_times) seconds += row.seconds;
+  // Half a second of work and 600 MB: for runs that it does not matter to.
+  const double bandwidth = seconds > worth_a_measurement ? triad_bandwidth(comm) : 0.0;
   on_first_rank(comm, [&] {
     write_timing(folder_, times);
+    write_phases(folder_, phase_times, bandwidth);
     progress_->finish(progress_state());
     if (flow.samples > 0) fmt::print("\n{}", statistics_summary(flow));
-    fmt::print("\n{}\nOutput: {}\n", timing_table(times), folder_);
+    fmt::print("\n{}\n{}\nOutput: {}\n", timing_table(times), phase_table(phase_times, bandwidth),
+               folder_);
   });
+}
+
+template <class Real>
+std::vector<PhaseRow> RunOutput<Real>::phases() const {
+  const Channel<Real>& channel = simulation_.channel();
+  return phase_rows(channel.clock(),
+                    {.cells = channel.grid().cell_count(),
+                     .stages = 3.0 * static_cast<double>(channel.step() - first_step_),
+                     .real_bytes = sizeof(Real),
+                     .old_pressure = !simulation_.spheres().empty()},
+                    channel.comm());
 }
 
 template <class Real>

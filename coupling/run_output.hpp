@@ -10,6 +10,7 @@
 #include "fluid/output/effects_table.hpp"
 #include "fluid/output/field_writer.hpp"
 #include "fluid/output/history.hpp"
+#include "fluid/output/phase_table.hpp"
 #include "fluid/output/progress.hpp"
 #include "fluid/output/sphere_writer.hpp"
 #include "fluid/settings.hpp"
@@ -55,11 +56,13 @@ class RunOutput {
   void write_spheres();
   void write_history();
   void take_statistics();
+  std::vector<PhaseRow> phases() const;
 
   std::string folder_;
   Simulation<Real>& simulation_;
   const Settings& settings_;
   bool first_rank_;
+  std::int64_t first_step_;
   std::optional<std::int64_t> last_step_;
   std::vector<EffectRow> effects_;
   std::size_t phase_;

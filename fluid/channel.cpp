@@ -135,6 +135,7 @@ template <class Real>
 void Channel<Real>::predict_plane(int j) {
   predictor_.plane(j);
   if (slabs_.at_upper_wall() && j == slabs_.planes() - 1) close_wall_face(j - 1);
+  clock_.lap(FlowPhase::momentum);
 }
 
 /// The upper wall's own face carries no flow.
@@ -164,13 +165,16 @@ void Channel<Real>::eliminate_plane(int j, int moved, double step) {
       Real* excess = poisson_.excess_row(k);
       for (int i = 0; i < nx; ++i) excess[i] = scale * v[i];
     }
+  clock_.lap(FlowPhase::divergence);
   poisson_.eliminate(j);
+  clock_.lap(FlowPhase::elimination);
 }
 
 template <class Real>
 void Channel<Real>::predict(int stage) {
   if (boundary_) boundary_->start_stage(velocity_);
   begin_stage(stage);
+  clock_.start();
   for (int j = 0; j < slabs_.planes(); ++j) predict_plane(j);
   velocity_.relabel(1);
   budget_.walls += fringe_.apply(velocity_, stage_step(stage));
@@ -190,6 +194,7 @@ std::vector<SphereLoad> Channel<Real>::force_spheres(int stage) {
 template <class Real>
 void Channel<Real>::project(int stage) {
   local_sum_ = 0.0;
+  clock_.start();
   for (int j = 0; j < slabs_.planes(); ++j) eliminate_plane(j, 0, stage_step(stage));
   couple_and_correct(stage);
 }
@@ -202,6 +207,7 @@ void Channel<Real>::advance_stage(int stage) {
   }
   begin_stage(stage);
   local_sum_ = 0.0;
+  clock_.start();
   for (int j = 0; j < slabs_.planes(); ++j) {
     predict_plane(j);
     eliminate_plane(j, -1, stage_step(stage));
@@ -215,6 +221,7 @@ void Channel<Real>::couple_and_correct(int stage) {
   const double step = stage_step(stage);
   const double shift = bulk_shift(step);
   poisson_.couple();
+  clock_.lap(FlowPhase::coupling);
   const bool last = stage + 1 == stage_count;
   sweep_down({.step = step,
               .shift = shift,
@@ -223,6 +230,7 @@ void Channel<Real>::couple_and_correct(int stage) {
                           : last               ? PressureUse::replace
                                                : PressureUse::none});
   fill_ghosts();
+  clock_.lap(FlowPhase::halo);
 }
 
 /// What u needs everywhere so that its mean is the wanted bulk velocity: the projection leaves the
@@ -256,6 +264,7 @@ void Channel<Real>::sweep_down(const Correction& correction) {
   for (int j = planes - 1; j >= 0; --j) {
     const bool under_wall = slabs_.at_upper_wall() && j == planes - 1;
     poisson_.substitute(j);
+    clock_.lap(FlowPhase::substitution);
     double sum = 0.0;
     Real fastest = 0;
     for (int k = 0; k < nz; ++k) {
@@ -274,6 +283,7 @@ void Channel<Real>::sweep_down(const Correction& correction) {
     local_sum_ += sum;
     local_fastest_ = std::max(local_fastest_, static_cast<double>(fastest));
     update_pressure(j, correction.pressure);
+    clock_.lap(FlowPhase::correction);
   }
   velocity_.relabel(-1);
 }
@@ -427,6 +437,7 @@ void Channel<Real>::measure_start() {
   MPI_Allreduce(MPI_IN_PLACE, &fastest_, 1, MPI_DOUBLE, MPI_MAX, comm());
   choose_time_step();
   check_field();
+  clock_ = {};
 }
 
 template <class Real>

@@ -13,6 +13,7 @@
 #include "fluid/field.hpp"
 #include "fluid/fringe.hpp"
 #include "fluid/grid.hpp"
+#include "fluid/phase_clock.hpp"
 #include "fluid/poisson.hpp"
 #include "fluid/predictor.hpp"
 #include "fluid/runge_kutta.hpp"
@@ -73,6 +74,8 @@ class Channel {
   /// that drives the flow; valid from the end of a step on, ghosts only where own values need them.
   const Field<Real>& pressure() const { return pressure_; }
   const ImmersedBoundary<Real>* immersed_boundary() const { return boundary_.get(); }
+  /// Time that the stages have taken so far, by phase.
+  const PhaseClock& clock() const { return clock_; }
   /// What the forcing of the last stage did.
   const ForcingReport& forcing() const { return forcing_; }
 
@@ -157,6 +160,7 @@ class Channel {
   std::vector<Real> zeros_;
   std::unique_ptr<ImmersedBoundary<Real>> boundary_;
   ForcingReport forcing_;
+  PhaseClock clock_;
 
   double dt_, dt_made_, time_ = 0.0;
   std::int64_t step_ = 0;

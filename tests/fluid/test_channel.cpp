@@ -5,6 +5,7 @@
 #include <set>
 
 #include "fluid/errors.hpp"
+#include "fluid/output/phase_table.hpp"
 #include "fluid/start_field.hpp"
 #include "tests/fluid/flow_case.hpp"
 
@@ -100,6 +101,42 @@ TEST(TimeStep, FollowsTheCflNumber) {
   EXPECT_NEAR(Channel<double>(s, MPI_COMM_WORLD).time_step(), 0.8179, 0.035);
   s.time.step = 0.3;
   EXPECT_EQ(Channel<double>(s, MPI_COMM_WORLD).time_step(), 0.3);
+}
+
+/// The clock of the phases sees the stages, all of them and nothing else.
+TEST(Phases, AddUpToTheStages) {
+  Settings s = box({32, 24, 32}, 1.0 / 16, 1e-3, 0.005);
+  disturb(s, 1.0, 0.1);
+  Channel<double> channel(s, MPI_COMM_WORLD);
+  for (const double seconds : channel.clock().seconds()) EXPECT_EQ(seconds, 0.0);
+  const double begin = MPI_Wtime();
+  advance(channel, 5);
+  const double elapsed = MPI_Wtime() - begin;
+  double sum = 0.0;
+  for (const double seconds : channel.clock().seconds()) {
+    EXPECT_GT(seconds, 0.0);
+    sum += seconds;
+  }
+  EXPECT_LE(sum, elapsed);
+}
+
+TEST(Phases, HaveTheirTrafficAndItsShareOfTheBandwidth) {
+  PhaseClock clock;
+  clock.start();
+  clock.lap(FlowPhase::momentum);
+  const auto rows =
+      phase_rows(clock, {.cells = 1000.0, .stages = 30.0, .real_bytes = 8, .old_pressure = false},
+                 MPI_COMM_SELF);
+  double bytes = 0.0;
+  for (const PhaseRow& row : rows) bytes += row.bytes_per_cell;
+  // What the README of the memory layout counts: about 160 bytes per cell and stage.
+  EXPECT_NEAR(bytes, 160.0, 8.0);
+  EXPECT_EQ(rows[0].bytes_per_cell, 80.0);
+  EXPECT_NEAR(rows[0].gb_per_s, 80e-9 * 30e3 / rows[0].seconds, 1e-9 * rows[0].gb_per_s);
+  EXPECT_NEAR(rows[0].ns_per_cell, 1e9 * rows[0].seconds / 30e3, 1e-9);
+  const std::vector<PhaseRow> made_up{{"momentum", 2.0, 4.0, 80.0, 20.0}};
+  EXPECT_THAT(phase_table(made_up, 40.0), AllOf(HasSubstr("50%"), HasSubstr("40.0 GB/s")));
+  EXPECT_THAT(phase_table(made_up, 0.0), testing::Not(HasSubstr("bandwidth")));
 }
 
 /// Convection off: the velocity of a uniform stream plus a shear wave must not move.
