@@ -22,7 +22,7 @@ FLOW_COLOURS, GRAIN_COLOURS = ("YlGnBu_r", 0.0, 1.0), ("YlOrRd", 0.4, 0.85)
 INK = (0.13, 0.15, 0.18)
 
 
-def _scale(colours: tuple[str, float, float], low: float, high: float) -> vtk.vtkLookupTable:
+def colour_table(colours: tuple[str, float, float], low: float, high: float) -> vtk.vtkLookupTable:
     """A part of a matplotlib colour map as a VTK table over [low, high]."""
     name, first, last = colours
     table = vtk.vtkLookupTable()
@@ -77,7 +77,9 @@ def _plane(
     return actor
 
 
-def _spheres(centres: np.ndarray, radii: np.ndarray, speed=None, table=None) -> vtk.vtkActor:
+def sphere_actor(
+    centres: np.ndarray, radii: np.ndarray, speed=None, table=None, facets: int = 48
+) -> vtk.vtkActor:
     """Spheres at `centres` (n, 3); grey, or coloured by `speed` (n)."""
     points = vtk.vtkPoints()
     points.SetData(numpy_to_vtk(np.ascontiguousarray(centres, dtype=np.float32), deep=True))
@@ -90,8 +92,8 @@ def _spheres(centres: np.ndarray, radii: np.ndarray, speed=None, table=None) -> 
             data.GetPointData().AddArray(array)
     ball = vtk.vtkSphereSource()
     ball.SetRadius(1.0)
-    ball.SetThetaResolution(48)
-    ball.SetPhiResolution(32)
+    ball.SetThetaResolution(facets)
+    ball.SetPhiResolution(2 * facets // 3)
     mapper = vtk.vtkGlyph3DMapper()
     mapper.SetInputData(data)
     mapper.SetSourceConnection(ball.GetOutputPort())
@@ -116,7 +118,7 @@ def _spheres(centres: np.ndarray, radii: np.ndarray, speed=None, table=None) -> 
     return actor
 
 
-def _frame(box: np.ndarray) -> vtk.vtkActor:
+def frame_actor(box: np.ndarray) -> vtk.vtkActor:
     cube = vtk.vtkCubeSource()
     cube.SetBounds(0, box[0], 0, box[1], 0, box[2])
     edges = vtk.vtkExtractEdges()
@@ -131,7 +133,7 @@ def _frame(box: np.ndarray) -> vtk.vtkActor:
     return actor
 
 
-def _floor(box: np.ndarray) -> vtk.vtkActor:
+def floor_actor(box: np.ndarray) -> vtk.vtkActor:
     plane = vtk.vtkPlaneSource()
     plane.SetOrigin(0, 0, 0)
     plane.SetPoint1(box[0], 0, 0)
@@ -153,7 +155,7 @@ def _style_text(style: vtk.vtkTextProperty, size: int) -> None:
     style.ShadowOff()
 
 
-def _colour_bar(table: vtk.vtkLookupTable, title: str, left: float) -> vtk.vtkScalarBarActor:
+def colour_bar(table: vtk.vtkLookupTable, title: str, left: float) -> vtk.vtkScalarBarActor:
     bar = vtk.vtkScalarBarActor()
     bar.SetLookupTable(table)
     bar.SetTitle(title)
@@ -172,7 +174,7 @@ def _colour_bar(table: vtk.vtkLookupTable, title: str, left: float) -> vtk.vtkSc
     return bar
 
 
-def _caption(text: str) -> vtk.vtkTextActor:
+def caption_actor(text: str) -> vtk.vtkTextActor:
     actor = vtk.vtkTextActor()
     actor.SetInput(text)
     _style_text(actor.GetTextProperty(), 28)
@@ -212,20 +214,20 @@ def _latest(run: Run, time: float) -> Samples | None:
     return latest
 
 
-def _wrap(position: np.ndarray, periods: np.ndarray) -> np.ndarray:
+def wrap(position: np.ndarray, periods: np.ndarray) -> np.ndarray:
     """Positions (n, 3) inside the box where it is periodic; a rounding below 0 stays at 0."""
     period = np.where(np.isfinite(periods), periods, 1.0)
     turns = np.where(np.isfinite(periods), np.floor(position / period + 1e-9), 0.0)
     return position - turns * period
 
 
-def _highest_speed(run: Run) -> float:
+def highest_speed(run: Run) -> float:
     """Of any mobile sphere in the whole run: one colour means one speed in all its pictures."""
     speeds = (np.linalg.norm(b.velocity, axis=1).max() for b in run.sample_blocks() if len(b))
     return float(max(speeds, default=0.0))
 
 
-def _soft_shadows(renderer: vtk.vtkRenderer, reach: float) -> None:
+def soft_shadows(renderer: vtk.vtkRenderer, reach: float) -> None:
     """Darkens what lies close under something else, as far as `reach` [L]."""
     renderer.UseSSAOOn()
     renderer.SetSSAORadius(reach)
@@ -234,7 +236,7 @@ def _soft_shadows(renderer: vtk.vtkRenderer, reach: float) -> None:
     renderer.SSAOBlurOn()
 
 
-def _camera(renderer: vtk.vtkRenderer, box: np.ndarray, focus_y: float) -> None:
+def camera_over(renderer: vtk.vtkRenderer, box: np.ndarray, focus_y: float) -> None:
     """Looks down the flow from the side and above, the whole box in view."""
     camera = vtk.vtkCamera()
     focus = np.array([0.5 * box[0], focus_y, 0.5 * box[2]])
@@ -250,6 +252,15 @@ def _camera(renderer: vtk.vtkRenderer, box: np.ndarray, focus_y: float) -> None:
     renderer.ResetCameraClippingRange()
 
 
+def off_screen_window(renderer: vtk.vtkRenderer, size: tuple[int, int]) -> vtk.vtkRenderWindow:
+    window = vtk.vtkRenderWindow()
+    window.SetOffScreenRendering(1)
+    window.SetMultiSamples(0)  # FXAA smooths instead
+    window.SetSize(*size)
+    window.AddRenderer(renderer)
+    return window
+
+
 def render(run: Run, file: Path) -> None:
     """Renders the latest snapshot of `run` into `file`. Raises MissingOutput without fields."""
     snapshot = run.last_snapshot()
@@ -262,38 +273,34 @@ def render(run: Run, file: Path) -> None:
     if mobile is not None:
         fastest = mobile.position[np.argmax(np.linalg.norm(mobile.velocity, axis=1))]
         snapshot, shift = bring_into_view(snapshot, run.periods, fastest)
-        bed, grains = _wrap(bed + shift, run.periods), _wrap(mobile.position + shift, run.periods)
+        bed, grains = wrap(bed + shift, run.periods), wrap(mobile.position + shift, run.periods)
 
     renderer = vtk.vtkRenderer()
     renderer.SetBackground(1.0, 1.0, 1.0)
     renderer.UseFXAAOn()
-    flow = _scale(FLOW_COLOURS, 0.0, max(highest / scale, 1e-12))
+    flow = colour_table(FLOW_COLOURS, 0.0, max(highest / scale, 1e-12))
     bed_top = float((bed[:, 1] + bed_radii).max()) if len(bed) else 0.0
-    renderer.AddActor(_floor(box))
+    renderer.AddActor(floor_actor(box))
     renderer.AddActor(_plane(snapshot, 2, 0.0, flow))
     renderer.AddActor(_plane(snapshot, 0, box[0], flow))
     if len(bed):
-        renderer.AddActor(_spheres(bed, bed_radii))
+        renderer.AddActor(sphere_actor(bed, bed_radii))
     caption = f"{run.name}, t = {snapshot.time:.4g}"
     if mobile is not None:
         caption += " (periodic box turned: the plane along the flow cuts the fastest grain)"
         speed = np.linalg.norm(mobile.velocity, axis=1) / scale
-        speeds = _scale(GRAIN_COLOURS, 0.0, max(_highest_speed(run) / scale, 1e-3))
-        renderer.AddActor(_spheres(grains, mobile.radius, speed, speeds))
-        renderer.AddActor2D(_colour_bar(speeds, "grain speed / u_b", 0.60))
-    renderer.AddActor2D(_colour_bar(flow, "streamwise velocity u / u_b", 0.08))
-    renderer.AddActor(_frame(box))
-    renderer.AddActor2D(_caption(caption))
-    _camera(renderer, box, 0.5 * (bed_top + box[1]))
+        speeds = colour_table(GRAIN_COLOURS, 0.0, max(highest_speed(run) / scale, 1e-3))
+        renderer.AddActor(sphere_actor(grains, mobile.radius, speed, speeds))
+        renderer.AddActor2D(colour_bar(speeds, "grain speed / u_b", 0.60))
+    renderer.AddActor2D(colour_bar(flow, "streamwise velocity u / u_b", 0.08))
+    renderer.AddActor(frame_actor(box))
+    renderer.AddActor2D(caption_actor(caption))
+    camera_over(renderer, box, 0.5 * (bed_top + box[1]))
 
     if len(bed):
-        _soft_shadows(renderer, 1.5 * float(bed_radii.max()))
+        soft_shadows(renderer, 1.5 * float(bed_radii.max()))
 
-    window = vtk.vtkRenderWindow()
-    window.SetOffScreenRendering(1)
-    window.SetMultiSamples(0)  # FXAA smooths instead
-    window.SetSize(*SIZE)
-    window.AddRenderer(renderer)
+    window = off_screen_window(renderer, SIZE)
     window.Render()
     image = vtk.vtkWindowToImageFilter()
     image.SetInput(window)

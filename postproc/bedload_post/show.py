@@ -119,8 +119,16 @@ def main() -> int:
     parser.add_argument(
         "--picture-only", action="store_true", help="picture.png only; needs an X server"
     )
+    parser.add_argument(
+        "--film", type=float, metavar="SINCE", help="film.mp4 only, from this time; needs an X server"
+    )
     options = parser.parse_args()
     try:
+        if options.film is not None:
+            from . import film
+
+            film.render(Run(options.folder), options.folder / "film.mp4", options.film)
+            return 0
         if options.picture_only:
             from . import picture  # VTK takes a second to load
 

@@ -73,11 +73,14 @@ def _density(edges: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndar
     return _centres(edges), counts / area
 
 
-def _bins(edges: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _bins(edges: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray | slice]:
     """Bin of each value between equal edges, and which values lie between them at all."""
-    place = np.floor((values - edges[0]) * ((len(edges) - 1) / (edges[-1] - edges[0])))
-    inside = (place >= 0) & (place < len(edges) - 1)
-    return place[inside].astype(np.int64), inside
+    count = len(edges) - 1
+    place = (values - edges[0]) * (count / (edges[-1] - edges[0]))
+    if place.min() >= 0 and place.max() < count:
+        return place.astype(np.intp).ravel(), slice(None)
+    inside = (place >= 0) & (place < count)
+    return place[inside].astype(np.intp), inside
 
 
 class _Counter:
@@ -103,14 +106,14 @@ class _Counter:
         r.share.append(np.stack([(state == s).mean(axis=1) for s in range(len(NAMES))], axis=1))
 
         place, inside = _bins(HEIGHT_EDGES, height)
-        for row, weight in enumerate((None, spin[inside], velocity[inside])):
+        for row, weight in enumerate((None, spin[inside].ravel(), velocity[inside].ravel())):
             r.by_height[row] += np.bincount(place, weight, minlength=r.by_height.shape[1])
         for counts, edges, values in (
             (r.spins, SPIN_EDGES, spin),
             (r.velocities, VELOCITY_EDGES, velocity),
         ):
             place, inside = _bins(edges, values)
-            place += counts.shape[1] * state[inside]
+            place += counts.shape[1] * state[inside].ravel()
             counts += np.bincount(place, minlength=counts.size).reshape(counts.shape)
 
     def _states(self, time: np.ndarray, grains: np.ndarray) -> np.ndarray:
