@@ -4,6 +4,7 @@ Each frame is one sample of spheres.h5; grains are coloured by their speed as in
 server as that does.
 """
 
+import shutil
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -47,6 +48,8 @@ def _chosen(run: Run, since: float, every: int, most: int) -> Iterator[tuple[flo
 def _encoder(file: Path) -> subprocess.Popen:
     """ffmpeg that takes raw frames, the lowest line first, from its standard input."""
     width, height = SIZE
+    if shutil.which("ffmpeg") is None:
+        raise MissingOutput("ffmpeg is not installed, so there is no film.")
     return subprocess.Popen(
         [
             "ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24",
@@ -74,6 +77,7 @@ def render(run: Run, file: Path, since: float, every: int = 2, most: int = 250) 
         renderer.AddActor(sphere_actor(bed, bed_radii, facets=24))
     renderer.AddActor2D(colour_bar(speeds, "grain speed / u_b", 0.60))
     camera_over(renderer, shown, 0.5 * bed_top)
+    renderer.GetActiveCamera().Zoom(1.45)
     soft_shadows(renderer, 0.75 * run.diameter)
     window = off_screen_window(renderer, SIZE)
 

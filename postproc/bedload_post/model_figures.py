@@ -13,9 +13,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of a backend without a screen)
 import numpy as np  # noqa: E402
 
+from .flow_statistics import FlowStatistics  # noqa: E402
 from .outputs import Run  # noqa: E402
 from .path import COLOURS as STATE_COLOURS  # noqa: E402
-from .profiles import Profiles  # noqa: E402
 from .states import CREEPING, JUMPING, NAMES  # noqa: E402
 from .transport import Transport, creeping_slip, jump_heights  # noqa: E402
 
@@ -192,7 +192,7 @@ def velocity_series(cases: Sequence[Case], file: Path) -> None:
     _save(figure, file)
 
 
-def flow(profiles: Sequence[tuple[Case, Profiles]], file: Path) -> None:
+def flow(profiles: Sequence[tuple[Case, FlowStatistics]], file: Path) -> None:
     """Mean velocity, rms and shear stress over height; averages over the fluid alone (intrinsic)."""
     figure, axes = plt.subplots(1, 3, figsize=(12, 4), sharey=True, layout="constrained")
     for case, p in profiles:
@@ -203,7 +203,7 @@ def flow(profiles: Sequence[tuple[Case, Profiles]], file: Path) -> None:
             axes[1].plot(np.sqrt(np.maximum(p[name], 0)) / scale, at, style, color=case.colour, lw=1)
         density = case.run.value("fluid.density")
         axes[2].plot(p.total_stress / (density * scale**2), face, color=case.colour)
-        line = p.facts["driving"] * (p["y_face"][-1] - p["y_face"]) / (density * scale**2)
+        line = p.driving * (p["y_face"][-1] - p["y_face"]) / (density * scale**2)
         axes[2].plot(line, face, "--", color=case.colour, lw=0.6)
     axes[0].set(xlabel="mean u / u_b (intrinsic)", ylabel="y / D")
     axes[1].set(xlabel="rms of u (—), v (- -), w (···) / u_b")

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from . import flow_statistics, path
 from . import model_figures as figures
-from . import path
+from .bed_friction import friction_velocity
+from .flow_statistics import FlowStatistics
 from .model_figures import MODELS, Case
 from .outputs import MissingOutput, Run, Samples
-from .profiles import Profiles, friction_velocity, read_profiles
 from .report import STYLE, image, table
 from .states import CREEPING, NAMES, unwrap
 from .transport import jump_heights, measure
@@ -140,11 +141,11 @@ def order_sentence(values: Sequence[dict]) -> str:
     return text
 
 
-def _profiles(cases: Sequence[Case]) -> list[tuple[Case, Profiles]]:
+def _profiles(cases: Sequence[Case]) -> list[tuple[Case, FlowStatistics]]:
     found = []
     for case in cases:
         try:
-            found.append((case, read_profiles(case.run)))
+            found.append((case, flow_statistics.read(case.run)))
         except MissingOutput:
             continue
     return found

@@ -122,12 +122,14 @@ def main() -> int:
     parser.add_argument(
         "--film", type=float, metavar="SINCE", help="film.mp4 only, from this time; needs an X server"
     )
+    parser.add_argument("--frames", type=int, default=250, help="of the film (default: 250)")
     options = parser.parse_args()
     try:
         if options.film is not None:
             from . import film
 
-            film.render(Run(options.folder), options.folder / "film.mp4", options.film)
+            file = options.folder / "film.mp4"
+            film.render(Run(options.folder), file, options.film, most=options.frames)
             return 0
         if options.picture_only:
             from . import picture  # VTK takes a second to load

@@ -1,11 +1,14 @@
 """Distributions, shares, batches and friction velocity of made-up records whose numbers are known."""
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from bedload_post import models_report, profiles, transport
+from bedload_post import bed_friction, flow_statistics, models_report, transport
 from bedload_post.batches import estimate
 from bedload_post.frames import frames, grains_per_instant, time_ranges
 from bedload_post.outputs import MissingOutput, Run, Samples
@@ -124,19 +127,38 @@ def test_bed_stress_is_extrapolated_from_the_clear_flow(tmp_path):
     face = np.linspace(0.0, 9.0, 46)
     stress = np.where(face > 3.0, 0.002 * (9.0 - face), 0.001)
     folder = write_run(tmp_path / "run", wandering_story())
+    facts = {"samples": 10, "begin": 0.0, "end": 1.0, "driving": 0.002, "wall_stress": [0.0, 0.0]}
     with h5py.File(folder / "statistics.h5", "w") as file:
-        file.attrs["samples"] = 10
-        file.attrs["driving"] = 0.002
+        file.attrs.update(facts | {"u_tau": 0.1, "stress_defect": 0.0})
         file["profiles/y_face"] = face
         file["profiles/viscous"], file["profiles/turbulent"] = 0.25 * stress, 0.75 * stress
     run = Run(folder)
-    assert profiles.read_profiles(run).bed_stress(1.0, 4.0) == pytest.approx(0.016, rel=1e-12)
-    friction, source = profiles.friction_velocity(run, 0.0)
+    found = bed_friction.bed_stress(flow_statistics.read(run), 1.0, 4.0)
+    assert found == pytest.approx(0.016, rel=1e-12)
+    friction, source = bed_friction.friction_velocity(run, 0.0)
     assert friction == pytest.approx(np.sqrt(0.016), rel=1e-12)
     assert "total stress" in source
     (folder / "statistics.h5").unlink()
     # history.csv has driving 0.004 over a depth of 8.
-    assert profiles.friction_velocity(run, 0.0)[0] == pytest.approx(np.sqrt(0.032), rel=1e-12)
+    assert bed_friction.friction_velocity(run, 0.0)[0] == pytest.approx(np.sqrt(0.032), rel=1e-12)
+
+
+def test_a_film_has_its_frames(tmp_path):
+    """Three frames, white around the scene, and a grain in them that moves."""
+    folder = write_run(tmp_path / "run", wandering_story())
+    show = Path(__file__).resolve().parents[2] / "postproc" / "show.py"
+    line = ["xvfb-run", "-a", sys.executable, "-I", "-B", show, folder, "--film", "8.0"]
+    done = subprocess.run([*line, "--frames", "3"], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    raw = subprocess.run(
+        ["ffmpeg", "-loglevel", "error", "-i", folder / "film.mp4", "-f", "rawvideo",
+         "-pix_fmt", "rgb24", "-"], capture_output=True, check=True,
+    ).stdout  # fmt: skip
+    images = np.frombuffer(raw, np.uint8).reshape(3, 560, 1120, 3).astype(int)
+    assert 0.3 < np.mean(images[0].min(axis=2) > 245) < 0.97
+    grain = [(im[:480, :, 0] > 150) & (im[:480, :, 2] < 110) for im in images]
+    place = [np.argwhere(where).mean(axis=0) for where in grain]
+    assert np.linalg.norm(place[2] - place[0]) > 1.0
 
 
 def test_a_block_of_whole_instants_is_one_rectangle():

@@ -1,0 +1,44 @@
+"""Friction velocity over a bed of grains."""
+
+import math
+
+import numpy as np
+
+from . import flow_statistics
+from .flow_statistics import FlowStatistics
+from .outputs import MissingOutput, Run
+
+
+def bed_stress(statistics: FlowStatistics, bed_top: float, clear: float) -> float:
+    """tau [M/(L T^2)] at `bed_top`, extrapolated from above `clear`, where no sphere takes part in it.
+
+    There the balance is tau = f (top - y) with f the driving force; f by least squares.
+    """
+    face = statistics["y_face"]
+    depth = face[-1] - face
+    rows = face >= clear
+    if rows.sum() < 3:
+        raise MissingOutput("statistics.h5 has no heights above the grains.")
+    force = (statistics.total_stress[rows] * depth[rows]).sum() / (depth[rows] ** 2).sum()
+    return float(force * (face[-1] - bed_top))
+
+
+def friction_velocity(run: Run, since: float) -> tuple[float, str]:
+    """u_tau [L/T] and where it is from: total stress at the bed's top, else the driving force.
+
+    In the mean both are the same number: the driving force times the depth is what the bed with its
+    grains takes up.
+    """
+    bed_top = run.box[1] - run.depth
+    density = run.value("fluid.density")
+    try:
+        stress = bed_stress(flow_statistics.read(run), bed_top, bed_top + 0.4 * run.depth)
+        if stress > 0:
+            return math.sqrt(stress / density), "total stress extrapolated to the bed's top"
+    except MissingOutput:
+        pass
+    history = run.history()
+    driving = history["driving"][history["time"] >= since]
+    if len(driving) == 0 or np.mean(driving) <= 0:
+        raise MissingOutput(f"history.csv of {run.folder} has no driving force after t = {since:g}.")
+    return math.sqrt(np.mean(driving) * run.depth / density), "driving force times depth"
