@@ -20,6 +20,12 @@ namespace {
 /// but unstable below a density ratio of about 0.8, 0.1 is stable down to 0.5 (README.md).
 constexpr double owed_share = 0.1;
 
+/// Share of the angular momentum due to a sphere that it gets per stage. The kernel makes it drag a
+/// layer outside its surface, alpha times as inert as the fluid inside, by what it turned in the
+/// stage before: with the whole at once its spin changes sign and grows where alpha rho_f/rho_p > 1
+/// (README.md, "The layer that turns along"); with one half only beyond 3.
+constexpr double turn_share = 0.5;
+
 /// Markers further than this, in cells, from a sphere share no cells of its markers' supports: two
 /// supports of 3 cells, less the markers' retraction. (Cells met only by the corners of both
 /// supports count as not shared; their weights are below 1e-3.)
@@ -452,8 +458,10 @@ std::vector<SphereLoad> ImmersedBoundary<Real>::loads(double stage_step) {
     const Vec3 given(sums[n].given.data()), moment(sums[n].given_moment.data());
     const Vec3 impulse =
         -cell * given + after.linear - before.linear + owed_share * memory.owed.linear;
-    const Vec3 turn =
+    memory.turn_due +=
         -cell * moment + after.angular - before.angular + owed_share * memory.owed.angular;
+    const Vec3 turn = turn_share * memory.turn_due;
+    memory.turn_due -= turn;
     memory.owed.linear *= 1.0 - owed_share;
     memory.owed.angular *= 1.0 - owed_share;
 

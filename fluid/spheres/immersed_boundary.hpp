@@ -89,6 +89,7 @@ class ImmersedBoundary {
   struct Memory {
     InteriorMomentum forced;  ///< inside after the last forcing
     InteriorMomentum owed;
+    Vec3 turn_due = Vec3::Zero();  ///< angular momentum on its way to the sphere [L^5/T]
     bool fresh = true;
   };
   struct Mobile {

@@ -274,6 +274,28 @@ TEST(SphereInFlow, TurningSphereFeelsTheStokesTorque) {
   }
 }
 
+TEST(SphereInFlow, LightSphereTurnsCalmly) {
+  // Half as dense as the fluid and set spinning: the layer that the kernel drags along must not
+  // turn it about. Given its angular momentum at once, the spin changes sign and grows by half in
+  // each step, to some 1e4 times at the end.
+  Settings s = box({20, 20, 20}, 1.0, 0.01, 0.3);
+  set_y_ends(s, Wall::periodic, Wall::periodic);
+  SphereState start = sphere_at({10.2, 10.1, 9.7}, 8.0, true);
+  start.angular_velocity = {0.0, 0.0, 0.01};
+  FreeSphere sphere(s, start, 0.5);
+  double before = start.angular_velocity.z();
+  for (int step = 0; step < 30; ++step) {
+    sphere.advance();
+    const double now = sphere.state.angular_velocity.z();
+    if (step > 5) {
+      EXPECT_LT(now, before) << step << ": viscosity alone slows it down";
+      EXPECT_GT(now, 0.95 * before) << step;
+    }
+    before = now;
+  }
+  EXPECT_LT(sphere.state.velocity.norm(), 1e-4) << "of a surface speed of 0.04";
+}
+
 TEST(SphereInFlow, NeutralSphereTurnsAtHalfTheShearRate) {
   // Couette flow with the sphere on the middle plane; Re = shear R^2/nu = 0.01. The walls 3 D apart
   // slow it down by about a per cent.

@@ -1,0 +1,118 @@
+"""Spheres in the flow against theory and experiments, one case after the other, with the errors.
+
+Every case runs scenes of inputs/validation and hands back rows (a number, what it should be, the bound)
+and curves; validation_steady.py and validation_moving.py have them. Results stand in the report's folder
+as CASE.json, CASE.png and, all together, README.md.
+"""
+
+import argparse
+from pathlib import Path
+
+from bedload_launcher.build import ROOT
+from bedload_launcher.errors import UserError, unknown
+from bedload_launcher.job import Ranks
+
+from . import validation_moving, validation_steady
+from .validation_runs import Result, Runner
+
+CASES = validation_steady.CASES | validation_moving.CASES
+KEPT = ROOT / "postproc" / "reports" / "validation"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("case", nargs="*", metavar="CASE", help=f"which ones: {', '.join(CASES)}")
+    parser.add_argument("--ranks", default="1:1", metavar="FLUID:DEM", help="MPI ranks (default 1:1)")
+    parser.add_argument(
+        "--runs", type=Path, default=Path("runs/validation"), metavar="DIR",
+        help="where the runs go; those that stand there are not made again (default runs/validation)",
+    )  # fmt: skip
+    parser.add_argument("--afresh", action="store_true", help="make all runs again")
+    parser.add_argument(
+        "--report", type=Path, default=None, metavar="DIR",
+        help="folder of tables and figures (default: DIR/report; the kept one is "
+        "postproc/reports/validation)",
+    )  # fmt: skip
+
+
+def run(options: argparse.Namespace) -> int:
+    for name in options.case:
+        if name not in CASES:
+            raise unknown("case", name, CASES)
+    report = (options.report or options.runs / "report").resolve()
+    report.mkdir(parents=True, exist_ok=True)
+    failed = 0
+    for name in options.case or CASES:
+        runner = Runner(options.runs.resolve(), Ranks.parse(options.ranks), options.afresh)
+        try:
+            result = CASES[name](runner)
+        except UserError as error:
+            print(f"bedload: {name}: {error}", flush=True)
+            failed += 1
+            continue
+        result.costs = runner.costs
+        result.save(report / f"{name}.json")
+        _draw(result, report / f"{name}.png")
+        _print(result)
+        failed += sum(row.passed is False for row in result.rows)
+    _write_page(report)
+    print(f"\nbedload: report in {report}/README.md; {failed or 'none'} outside their bounds")
+    return 1 if failed else 0
+
+
+def _error(row) -> str:
+    return "" if row.error is None else f"{100 * row.error:+.2f} %"
+
+
+def _bound(row) -> str:
+    return "" if row.bound is None else f"{100 * row.bound:g} %"
+
+
+def _print(result: Result) -> None:
+    print(f"\n{result.title} ({sum(result.costs.values()):.0f} s)")
+    for row in result.rows:
+        reference = "" if row.reference is None else f"{row.reference:.5g}"
+        verdict = {True: "ok", False: "MISSED", None: ""}[row.passed]
+        print(f"  {row.found:10.5g} {reference:>10} {_error(row):>9} {_bound(row):>6} {verdict:<6} "
+              f"{row.what}", flush=True)  # fmt: skip
+
+
+def _draw(result: Result, path: Path) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(6.4, 4.2), layout="constrained")
+    for curve in result.curves:
+        style = {"linestyle": "none", "marker": "o", "markersize": 4} if curve.points else (
+            {"marker": "."} if len(curve.x) < 10 else {})  # fmt: skip
+        axes.plot(curve.x, curve.y, label=curve.label, **style)
+    if result.logarithmic:
+        axes.set(xscale="log", yscale="log")
+    axes.set(xlabel=result.axes[0], ylabel=result.axes[1], title=result.title)
+    axes.legend(fontsize=8)
+    axes.grid(alpha=0.3)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def _write_page(report: Path) -> None:
+    """README.md of all cases that have a result."""
+    page = ["# Spheres in the flow against theory and experiments", "",
+            "Written by `./bedload study validation [CASE ...] --report postproc/reports/validation`. "
+            "A bound stands where the case must keep one; the other rows inform. Seconds are of the "
+            "runs as they were made, many of them on a busy machine.", ""]  # fmt: skip
+    for name in CASES:
+        if not (report / f"{name}.json").is_file():
+            continue
+        result = Result.load(report / f"{name}.json")
+        page += [f"## {name}: {result.title}", ""]
+        page += ["| what | found | should be | error | bound | |", "|---|---|---|---|---|---|"]
+        for row in result.rows:
+            reference = "" if row.reference is None else f"{row.reference:.5g} ({row.source})"
+            verdict = {True: "kept", False: "**missed**", None: ""}[row.passed]
+            page.append(f"| {row.what} | {row.found:.5g} | {reference} | {_error(row)} | {_bound(row)} "
+                        f"| {verdict} |")  # fmt: skip
+        page += ["", *result.remarks, f"Runs: {sum(result.costs.values()):.0f} s in all.", "",
+                 f"![{result.title}]({name}.png)", ""]  # fmt: skip
+    (report / "README.md").write_text("\n".join(page), encoding="utf-8")

@@ -1,0 +1,251 @@
+"""Validation cases in which spheres move: settling, rebound, two spheres. No study of its own."""
+
+import csv
+import math
+
+import h5py
+import numpy as np
+from bedload_post.outputs import Run
+
+from .validation_runs import REFERENCE, Curve, Result, Row, Runner
+
+
+def _motion(run: Run, tag: int = 1) -> dict[str, np.ndarray]:
+    """Samples of one sphere by column."""
+    with h5py.File(run.folder / "spheres.h5") as file:
+        mine = file["mobile/tag"][:] == tag
+        return {name: file["mobile"][name][:][mine] for name in
+                ("time", "position", "velocity", "angular_velocity", "force")}  # fmt: skip
+
+
+def _reference(file: str, case: str) -> np.ndarray:
+    """Rows of one case of a reference file, without its name."""
+    with (REFERENCE / file).open(encoding="utf-8") as stream:
+        lines = csv.reader(line for line in stream if not line.startswith("#"))
+        return np.array([[float(v) for v in line[1:]] for line in lines if line[0] == case])
+
+
+def _thin(x: np.ndarray, y: np.ndarray, most: int = 150) -> tuple[list[float], list[float]]:
+    every = max(1, len(x) // most)
+    return np.round(x[::every], 6).tolist(), np.round(y[::every], 6).tolist()
+
+
+def _settle(
+    runner: Runner, label: str, galileo: float, density: float, stream: float, n: int,
+    end: float, width: float = 16.0 / 3.0, step: float | None = None, **more,
+) -> tuple[Run, np.ndarray, np.ndarray]:  # fmt: skip
+    """One settling sphere; time and its velocity relative to the stream, downwards."""
+    gravity = 1.0 / (density - 1.0)
+    cells = round(width * n)
+    width = cells / n
+    if step is None:
+        step = min(0.3 / n, 0.18 * galileo / n**2)
+    settings = {
+        "fluid.kinematic_viscosity": 1.0 / galileo, "fluid.gravity": [-gravity, 0.0, 0.0],
+        "grid.cells": [16 * n, cells, cells], "grid.length": [16.0, width, width],
+        "flow.bulk_velocity": stream, "fringe.velocity": stream,
+        "time.step": step, "time.end": end,
+    } | more  # fmt: skip
+    # The fringe takes the last quarter, and the sphere drifts three to four diameters downstream.
+    # For a light sphere gravity is turned about, so that it goes the same way.
+    run = runner("settling", label, settings, {
+        "density": density, "gravity": gravity, "stream": stream, "width": width,
+        "x": 2.03, "y": 0.5 * width + 0.04, "z": 0.5 * width - 0.03,
+    })  # fmt: skip
+    motion = _motion(run)
+    return run, motion["time"], stream - motion["velocity"][:, 0]
+
+
+def _slip(run: Run) -> str:
+    history = run.history()
+    return (f"slip rms {100 * float(history['slip_rms'][-1]):.2f} %, "
+            f"max {100 * float(history['slip_max'][-1]):.1f} % of u_g")  # fmt: skip
+
+
+def uhlmann(runner: Runner) -> Result:
+    """Free settling at Ga 144 (Uhlmann & Dusek 2014), and what the choices of the method do to it."""
+    result = Result("Free settling, Ga = 144, density ratio 1.5",
+                    axes=("t u_g / D", "u / u_g"))  # fmt: skip
+    reference, source = 1.285, "Uhlmann & Dusek 2014, spectral"
+    for n, bound in ((10, None), (15, 0.03)):
+        run, time, u = _settle(runner, f"uhlmann-{n}", 144.0, 1.5, reference, n, 25.0)
+        result.rows.append(Row(f"terminal velocity, D/h = {n} ({_slip(run)})", float(u[-1]),
+                               reference, bound, source=source))  # fmt: skip
+        result.curves.append(Curve(f"D/h = {n}", *_thin(time, u)))
+    return result
+
+
+def choices(runner: Runner) -> Result:
+    """What retraction, loops and the share of the old pressure do to the settling velocity, and cost."""
+    result = Result("Choices of the boundary method: Ga = 144, D/h = 8",
+                    axes=("t u_g / D", "u / u_g"))  # fmt: skip
+    for name, settings in {
+        "as shipped": {},
+        "markers on the surface": {"spheres.retraction": 0.0},
+        "retraction 0.2 h": {"spheres.retraction": 0.2},
+        "retraction 0.3 h": {"spheres.retraction": 0.3},
+        "retraction 0.5 h": {"spheres.retraction": 0.5},
+        "2 loops": {"spheres.forcing_loops": 2},
+        "4 loops": {"spheres.forcing_loops": 4},
+        "no old pressure": {"spheres.pressure_share": 0.0},
+        "whole old pressure": {"spheres.pressure_share": 1.0},
+        "half the time step": {"time.step": 0.01875},
+        "double precision": {"accuracy.precision": "double"},
+    }.items():
+        run, time, u = _settle(runner, "choices-" + name.replace(" ", "_"), 144.0, 1.5, 1.285, 8,
+                               12.0, **settings)  # fmt: skip
+        result.rows.append(Row(f"velocity at t = 12 D/u_g, {name} ({_slip(run)})", float(u[-1]),
+                               1.285, source="as above"))  # fmt: skip
+        if name in ("as shipped", "markers on the surface", "4 loops"):
+            result.curves.append(Curve(name, *_thin(time, u)))
+    return result
+
+
+def mordant(runner: Runner) -> Result:
+    """Free settling of a glass bead in water (Mordant & Pinton 2000, case 1)."""
+    result = Result("Free settling, Ga = 49.14: a glass bead in water",
+                    axes=("t u_g / D", "u / u_g"))  # fmt: skip
+    diameter, ratio, u_g = 0.5e-3, 2.56, math.sqrt(1.56 * 9.81 * 0.5e-3)
+    measured, tau = 0.0741 / u_g, 0.055 * u_g / diameter
+    time = np.linspace(0.0, 25.0, 100)
+    result.curves.append(Curve("measured (fit)", *_thin(time, measured * (1 - np.exp(-3 * time / tau)))))
+    for n, width, bound in ((8, 16 / 3, None), (8, 8.0, None), (15, 16 / 3, 0.03)):
+        run, time, u = _settle(runner, f"mordant-{n}-{width:.1f}", 49.14, ratio, 0.847, n, 20.0, width)
+        result.rows.append(Row(f"terminal velocity, D/h = {n}, box {width:.1f} D wide ({_slip(run)})",
+                               float(u[-1]), measured, bound, source="Mordant & Pinton 2000"))  # fmt: skip
+        result.curves.append(Curve(f"D/h = {n}, {width:.1f} D", *_thin(time, u)))
+    return result
+
+
+def light(runner: Runner) -> Result:
+    """Rising and settling spheres of several densities: the steady state knows only Ga."""
+    result = Result("Heavy and light spheres, Ga = 49.14, D/h = 8",
+                    axes=("t u_g / D", "u / u_g"))  # fmt: skip
+    heavy = None
+    for density in (2.56, 1.1, 0.9, 0.7, 0.5):
+        label = "mordant-8-5.3" if density == 2.56 else f"light-{density}"
+        run, time, u = _settle(runner, label, 49.14, density, 0.847, 8, 20.0)
+        heavy = heavy or float(u[-1])
+        tail = u[time > 15.0]
+        result.rows.append(Row(
+            f"terminal velocity, density ratio {density} (wanders by "
+            f"{100 * float(tail.max() - tail.min()) / heavy:.2f} %)", float(u[-1]), heavy,
+            None if density == 2.56 else 0.01, source="density ratio 2.56"))  # fmt: skip
+        result.curves.append(Curve(f"density ratio {density}", *_thin(time, u)))
+    return result
+
+
+def _sweep_series(reference: np.ndarray, time: np.ndarray, u: np.ndarray) -> np.ndarray:
+    return np.interp(reference[:, 0], time, u) - reference[:, 1]
+
+
+def box(runner: Runner) -> Result:
+    """Settling in a closed box until the stop at the floor (ten Cate et al. 2002, E1 and E4)."""
+    result = Result("Settling in a box (ten Cate et al. 2002)", axes=("t / s", "u / m/s"))
+    for case, density, viscosity, end, u_max in (
+        ("E1", 970.0, 0.373, 4.2, 0.0363), ("E4", 960.0, 0.058, 1.35, 0.1226),
+    ):  # fmt: skip
+        measured = _reference("ten_cate_2002.csv", case)
+        result.curves.append(Curve(f"{case} measured", *_thin(measured[:, 0], measured[:, 1]), True))
+        for cells, bound in ((50, None), (64, 0.03)):
+            h = 0.1 / cells
+            nu = viscosity / density
+            run = runner("box", f"box-{case}-{cells}", {
+                "grid.cells": [cells, 8 * cells // 5, cells], "fluid.density": density,
+                "fluid.kinematic_viscosity": nu,
+                "time.step": min(0.19 * h * h / nu, 0.25 * h / u_max), "time.end": end,
+                "reference.velocity": u_max,
+            })  # fmt: skip
+            motion = _motion(run)
+            time, u = motion["time"], motion["velocity"][:, 1]
+            off = _sweep_series(measured, time, u)
+            worst = int(np.argmax(np.abs(off)))
+            across = 0.015 / h
+            result.rows.append(Row(f"{case}: largest speed, D/h = {across:.1f}", float(-u.min()),
+                                   float(-measured[:, 1].min()), bound,
+                                   source="ten Cate et al. 2002"))  # fmt: skip
+            result.rows.append(Row(
+                f"{case}: velocity furthest from the measured series (t = {measured[worst, 0]:.3f} s, "
+                f"rms of all {100 * float(np.sqrt(np.mean(off**2))) / u_max:.1f} %), "
+                f"D/h = {across:.1f}", float(np.interp(measured[worst, 0], time, u)),
+                float(measured[worst, 1]), bound, scale=u_max, source="of u_max"))  # fmt: skip
+            result.curves.append(Curve(f"{case}, D/h = {across:.1f}", *_thin(time, u)))
+    return result
+
+
+def _rebound(runner: Runner, label: str, n: int, offset=(0.0, 0.0, 0.0), **more) -> tuple:
+    """Gap over time after the impact, and its first peak."""
+    diameter, length = 0.003, (6, 9, 6)
+    h = diameter / n
+    step = more.pop("step", 1.5e-3 / n)
+    width = more.pop("width", 6)
+    length = (width, 9, width)
+    gap = 6.0 * diameter + offset[1] * h
+    run = runner("rebound", label, {
+        "grid.cells": [k * n for k in length], "grid.length": [k * diameter for k in length],
+        "time.step": step,
+    } | more, {
+        "gap": gap, "step": step, "x": 0.5 * length[0] * diameter + offset[0] * h,
+        "z": 0.5 * length[2] * diameter + offset[2] * h,
+    })  # fmt: skip
+    motion = _motion(run)
+    time, high = motion["time"], motion["position"][:, 1] - 0.5 * diameter
+    impact = int(np.argmax(high <= 0.0))
+    began = np.interp(0.0, [-high[impact - 1], -high[impact]], [time[impact - 1], time[impact]])
+    speed = -float(motion["velocity"][impact - 1, 1])
+    later = time > began + 0.005
+    peak = float(high[later][: max(1, int(0.05 / step))].max())
+    return time - began, high, peak, speed
+
+
+def rebound(runner: Runner) -> Result:
+    """Rebound of a steel sphere from a wall in oil, St = 152 (Gondret et al. 2002), sixteen offsets."""
+    result = Result("Rebound from a wall, St = 152 (Gondret et al. 2002)",
+                    axes=("t / s", "gap / D"))  # fmt: skip
+    diameter = 0.003
+    measured = _reference("gondret_2002.csv", "St152")
+    result.curves.append(Curve("measured", *_thin(measured[:, 0], measured[:, 1] / diameter), True))
+    for n, bound in ((10, None), (15, 0.04), (20, None)):
+        time, high, peak, speed = _rebound(runner, f"rebound-{n}", n)
+        result.rows.append(Row(f"first peak / D, D/h = {n} (impact at {speed:.3f} m/s)",
+                               peak / diameter, 2.489, bound, source="Gondret et al. 2002"))  # fmt: skip
+        result.curves.append(Curve(f"D/h = {n}", *_thin(time, high / diameter)))
+    golden = np.array([0.8191725134, 0.6710436067, 0.5497004779])  # an even spread in three directions
+    peaks = []
+    for m in range(16):
+        offset = tuple((m * golden) % 1.0)
+        peaks.append(_rebound(runner, f"rebound-offset-{m}", 10, offset, width=5)[2] / diameter)
+    mean = float(np.mean(peaks))
+    result.rows.append(Row("lowest peak of 16 offsets, D/h = 10, box 5 D wide", min(peaks), mean, 0.025,
+                           source="their mean"))  # fmt: skip
+    result.rows.append(Row("highest peak of 16 offsets", max(peaks), mean, 0.025,
+                           source="their mean"))  # fmt: skip
+    result.rows.append(Row("mean of the 16 peaks", mean, 2.489, source="Gondret et al. 2002"))
+    return result
+
+
+def kissing(runner: Runner) -> Result:
+    """Drafting, kissing and tumbling of two spheres in a closed box."""
+    result = Result("Drafting, kissing and tumbling", axes=("t / s", "y / cm"))
+    run = runner("kissing", "kissing-10")
+    first, second = _motion(run, 1), _motion(run, 2)
+    apart = np.linalg.norm(first["position"] - second["position"], axis=1) * 6.0 - 1.0
+    time = first["time"]
+    touch = time[np.argmax(apart < 0.02)] if (apart < 0.02).any() else float("nan")
+    parted = time[(time > touch) & (apart > 0.1)]
+    result.rows.append(Row("gap at the start / D", float(apart[0]), 1.04, 1e-6, source="set"))
+    result.rows.append(Row("least gap / D", float(apart.min()), 0.0, 0.02, scale=1.0,
+                           source="they touch"))  # fmt: skip
+    result.rows.append(Row("first touch / s", float(touch)))
+    result.rows.append(Row("part again (gap 0.1 D) / s", float(parted[0]) if len(parted) else math.nan))
+    result.rows.append(Row("largest speed / cm/s", float(-first["velocity"][:, 1].min())))
+    result.curves += [Curve("leading sphere", *_thin(time, first["position"][:, 1])),
+                      Curve("trailing sphere", *_thin(time, second["position"][:, 1])),
+                      Curve("gap / D", *_thin(time, apart))]  # fmt: skip
+    return result
+
+
+CASES = {
+    "uhlmann": uhlmann, "choices": choices, "mordant": mordant, "light": light, "box": box, "rebound": rebound,
+    "kissing": kissing,
+}  # fmt: skip

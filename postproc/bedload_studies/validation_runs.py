@@ -1,0 +1,138 @@
+"""Running the validation scenes, and what a case hands back. No study of its own."""
+
+import json
+import subprocess
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+from bedload_launcher.build import BIN
+from bedload_launcher.errors import UserError
+from bedload_launcher.job import Ranks, environment
+from bedload_launcher.scenes import INPUTS
+from bedload_post.outputs import Run
+
+SCENES = INPUTS / "validation"
+REFERENCE = Path(__file__).resolve().parent / "reference"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number of a case beside what it should be.
+
+    `error` is relative to the reference (or to `scale` where that is given); within `bound` it
+    passes. Without a bound the row only informs.
+    """
+
+    what: str
+    found: float
+    reference: float | None = None
+    bound: float | None = None
+    scale: float | None = None
+    source: str = ""
+
+    @property
+    def error(self) -> float | None:
+        if self.reference is None:
+            return None
+        return (self.found - self.reference) / abs(self.scale or self.reference)
+
+    @property
+    def passed(self) -> bool | None:
+        return None if self.bound is None else abs(self.error) <= self.bound
+
+
+@dataclass
+class Curve:
+    """A line (or, as `points`, marks) of a case's figure."""
+
+    label: str
+    x: Sequence[float]
+    y: Sequence[float]
+    points: bool = False
+
+
+@dataclass
+class Result:
+    """What a case found: rows for the table, curves for the figure, remarks for the reader."""
+
+    title: str
+    rows: list[Row] = field(default_factory=list)
+    curves: list[Curve] = field(default_factory=list)
+    axes: tuple[str, str] = ("", "")
+    logarithmic: bool = False
+    remarks: list[str] = field(default_factory=list)
+    costs: dict[str, float] = field(default_factory=dict)  # seconds of each run
+
+    def save(self, path: Path) -> None:
+        record = asdict(self)
+        record["rows"] = [asdict(row) for row in self.rows]
+        path.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+
+    @classmethod
+    def load(cls, path: Path) -> "Result":
+        record = json.loads(path.read_text(encoding="utf-8"))
+        record["rows"] = [Row(**row) for row in record["rows"]]
+        record["curves"] = [Curve(**curve) for curve in record["curves"]]
+        record["axes"] = tuple(record["axes"])
+        return cls(**record)
+
+
+@dataclass
+class Runner:
+    """Runs scenes of inputs/validation into `folder`; runs that stand there already are kept."""
+
+    folder: Path
+    ranks: Ranks
+    afresh: bool = False
+    costs: dict[str, float] = field(default_factory=dict)
+
+    def __call__(
+        self, scene: str, label: str, settings: Mapping[str, object] = {},
+        variables: Mapping[str, object] = {},
+    ) -> Run:  # fmt: skip
+        """`settings` override fluid.toml, `variables` those of in.liggghts."""
+        out = self.folder / label
+        fluid = [str(BIN / "bedload-fluid"), "fluid.toml", "--out", str(out)]
+        for key, value in settings.items():
+            fluid += ["--set", f"{key}={_toml(value)}"]
+        dem = [str(BIN / "bedload-dem"), "-in", "in.liggghts", "-log", str(out / "log.liggghts")]
+        for name, value in ({"out": out} | dict(variables)).items():
+            dem += ["-var", name, str(value)]
+        line = ["mpirun", "--quiet", "-np", str(self.ranks.fluid), *fluid, ":",
+                "-np", str(self.ranks.dem), *dem]  # fmt: skip
+        done = out / "done.json"
+        kept = json.loads(done.read_text(encoding="utf-8")) if done.is_file() else {}
+        key = [part.removeprefix(f"{BIN}/") for part in line]
+        if self.afresh or kept.get("line") != key:
+            kept = {"line": key, "seconds": self._run(line, scene, out)}
+            done.write_text(json.dumps(kept), encoding="utf-8")
+        self.costs[label] = kept["seconds"]
+        return Run(out)
+
+    def _run(self, line: list[str], scene: str, out: Path) -> float:
+        out.mkdir(parents=True, exist_ok=True)
+        for file in [*out.glob("*.h5"), *out.glob("*.csv"), *out.glob("done.json")]:
+            file.unlink()
+        print(f"bedload: {scene}, {out.name} ...", flush=True)
+        began = time.monotonic()
+        with (out / "screen.txt").open("w", encoding="utf-8") as screen:
+            code = subprocess.run(
+                line, cwd=SCENES / scene, env=environment() | {"TERM": "dumb"},
+                stdin=subprocess.DEVNULL, stdout=screen, stderr=subprocess.STDOUT, check=False,
+            ).returncode  # fmt: skip
+        if code != 0:
+            raise UserError(f"validation/{scene} ended with status {code}; see {out}/screen.txt.")
+        seconds = round(time.monotonic() - began, 1)
+        print(f"bedload: {scene}, {out.name}: {seconds} s", flush=True)
+        return seconds
+
+
+def _toml(value: object) -> str:
+    """A Python value as TOML."""
+    if isinstance(value, str):
+        return json.dumps(value)
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_toml(v) for v in value) + "]"
+    return repr(value)

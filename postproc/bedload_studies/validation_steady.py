@@ -1,0 +1,264 @@
+"""Validation cases that end in a steady state: drag, torque, rotation. No study of its own."""
+
+import math
+
+import numpy as np
+from bedload_post.outputs import Run
+
+from .validation_runs import Curve, Result, Row, Runner
+
+DIFFUSION = 0.2  # nu dt / h^2 of the Stokes cases; explicit diffusion is stable up to 0.209
+
+# Zick and Homsy, J. Fluid Mech. 115 (1982): drag over 6 pi mu R U, by volume fraction.
+ZICK_HOMSY = {0.027: 2.008, 0.064: 2.810, 0.216: 7.442, 0.343: 15.4}
+
+
+def _array_edge(fraction: float) -> float:
+    return (math.pi / 6.0 / fraction) ** (1.0 / 3.0)
+
+
+def _from_coarser(run: Run | None, end: float) -> dict[str, object]:
+    """Settings that start from another run's state, which lacks little, and end earlier."""
+    if run is None:
+        return {}
+    state = str(run.folder / "state.h5")
+    return {"start.from": "state", "start.file": state, "time.end": end}
+
+
+def _drag_factor(run: Run, length: float) -> float:
+    """K from the driving force of the steady state, D = nu = U = 1."""
+    return float(run.history()["driving"][-1]) * length**3 / (3.0 * math.pi)
+
+
+def _array(
+    runner: Runner, label: str, fraction: float, cells: int, start: Run | None = None,
+    offset=(0.0, 0.0, 0.0), **more,
+) -> tuple[float, Run]:  # fmt: skip
+    """Drag factor of one array."""
+    length = _array_edge(fraction)
+    h = length / cells
+    settings = {
+        "grid.cells": [cells] * 3, "grid.length": [length] * 3,
+        "time.step": DIFFUSION * h * h, "time.end": 0.3 * length**2,
+    } | _from_coarser(start, 0.08 * length**2) | more  # fmt: skip
+    place = {axis: 0.5 + shift / cells for axis, shift in zip("xyz", offset, strict=True)}
+    run = runner("array", label, settings, {"length": length} | place)
+    return _drag_factor(run, length), run
+
+
+def array(runner: Runner) -> Result:
+    """Drag of simple-cubic arrays in Stokes flow, D/h = 8, 16, 32."""
+    result = Result("Drag of a simple-cubic array in Stokes flow", axes=("D/h", "|error of K| / %"),
+                    logarithmic=True)  # fmt: skip
+    for fraction, cells in {0.027: (21, 43), 0.064: (16, 32, 64), 0.216: (11, 21, 43),
+                            0.343: (9, 18, 37)}.items():  # fmt: skip
+        reference, drags, across, run = ZICK_HOMSY[fraction], [], [], None
+        for n in cells:
+            drag, run = _array(runner, f"array-{fraction}-{n}", fraction, n, run)
+            drags.append(drag)
+            across.append(n / _array_edge(fraction))
+            bound = {8: 0.02, 16: 0.01, 32: 0.01}[min((8, 16, 32), key=lambda d: abs(d - across[-1]))]
+            slip = float(run.history()["slip_rms"][-1])
+            result.rows.append(Row(f"K, volume fraction {fraction}, D/h = {across[-1]:.1f} "
+                                   f"(slip rms {100 * slip:.2f} % of U)",
+                                   drag, reference, bound, source="Zick & Homsy 1982"))  # fmt: skip
+        result.curves.append(Curve(f"volume fraction {fraction}", across,
+                                   [100 * abs(k / reference - 1) for k in drags]))  # fmt: skip
+    # With the markers on the surface the error is large enough to show its order.
+    fraction, reference = 0.064, ZICK_HOMSY[0.064]
+    errors, across, run = [], [], None
+    for n in (16, 32, 64):
+        drag, run = _array(runner, f"array-{fraction}-{n}-surface", fraction, n, run,
+                           **{"spheres.retraction": 0.0})  # fmt: skip
+        errors.append(drag / reference - 1)
+        across.append(n / _array_edge(fraction))
+    result.curves.append(Curve("0.064, markers on the surface", across,
+                               [100 * abs(e) for e in errors]))  # fmt: skip
+    for a in (0, 1):
+        own = [row.error for row in result.rows if "fraction 0.064" in row.what]
+        order = math.log(abs(own[a] / own[a + 1])) / math.log(2)
+        plain = math.log(errors[a] / errors[a + 1]) / math.log(2)
+        result.rows.append(Row(f"order of K, volume fraction 0.064, D/h = {8 * 2**a} to {16 * 2**a}",
+                               order))  # fmt: skip
+        result.rows.append(Row(f"the same with markers on the surface (error {100 * errors[a]:.1f} to "
+                               f"{100 * errors[a + 1]:.1f} %)", plain))  # fmt: skip
+    return result
+
+
+def offsets(runner: Runner) -> Result:
+    """Drag of an array at several places of the sphere between the cells."""
+    result = Result("Where the sphere lies between the cells", axes=("place", "K"))
+    fraction = 0.064
+    places = [(0, 0, 0), (0.5, 0, 0), (0.25, 0.25, 0.25), (0.37, 0.11, 0.44), (0.5, 0.5, 0.5),
+              (0.1, 0.3, 0.2), (0.45, 0.05, 0.25)]  # fmt: skip
+    for cells, bound in ((16, 0.01), (32, 0.01)):
+        drags = [
+            _array(runner, f"offset-{cells}-{n}", fraction, cells, offset=place)[0]
+            for n, place in enumerate(places if cells == 16 else places[:4])
+        ]
+        mean = float(np.mean(drags))
+        worst = max(drags, key=lambda k: abs(k - mean))
+        result.rows.append(Row(f"K furthest from the mean of {len(drags)} places, "
+                               f"D/h = {cells / _array_edge(fraction):.1f}", worst, mean, bound,
+                               source="the mean"))  # fmt: skip
+        result.curves.append(Curve(f"{cells} cells", list(range(len(drags))), drags, points=True))
+    return result
+
+
+def _last_load(run: Run) -> tuple[np.ndarray, np.ndarray]:
+    """Force and torque on the only mobile sphere in the last sample."""
+    import h5py
+
+    with h5py.File(run.folder / "spheres.h5") as file:
+        return file["mobile/force"][-1], file["mobile/torque"][-1]
+
+
+def rotation(runner: Runner) -> Result:
+    """Torque on a sphere that turns in Stokes flow, D/h = 8, 16, 24."""
+    length = 3.0
+    # -8 pi mu R^3 omega in unbounded fluid; the mean rotation of a periodic box is zero, which raises
+    # it by 1/(1 - volume fraction).
+    exact = -8.0 * math.pi * 0.125 * 2.0 / (1.0 - math.pi / 6.0 / length**3)
+    result = Result("Torque on a turning sphere in Stokes flow",
+                    axes=("D/h", "|error of the torque| / %"), logarithmic=True)  # fmt: skip
+    across, errors = [8, 16, 24], []
+    for n in across:
+        run = runner("rotation", f"rotation-{n}", {
+            "grid.cells": [3 * n] * 3, "time.step": DIFFUSION / n**2,
+            "time.end": 1.0 if n < 24 else 0.6,
+        })  # fmt: skip
+        torque = float(_last_load(run)[1][2])
+        errors.append(torque / exact - 1)
+        result.rows.append(Row(f"torque, D/h = {n}", torque, exact, 0.06 if n == 8 else 0.02,
+                               source="Stokes, 1/(1 - fraction)"))  # fmt: skip
+    for a, b in ((0, 1), (1, 2)):
+        order = math.log(errors[a] / errors[b]) / math.log(across[b] / across[a])
+        result.rows.append(Row(f"order of the torque, D/h = {across[a]} to {across[b]}", order))
+    result.curves.append(Curve("torque", across, [100 * abs(e) for e in errors]))
+    return result
+
+
+def shear(runner: Runner) -> Result:
+    """Rotation of a neutrally buoyant sphere in shear flow as Re goes to zero."""
+    result = Result("A neutrally buoyant sphere in shear flow",
+                    axes=("shear R^2 / nu", "rotation over shear rate"))  # fmt: skip
+    reynolds, rates = [0.01, 0.1, 1.0], []
+    for re in reynolds:
+        viscosity = 0.25 / re
+        h = 0.125
+        step = min(DIFFUSION * h * h / viscosity, 0.01)
+        run = runner("shear", f"shear-{re}", {
+            "fluid.kinematic_viscosity": viscosity, "time.step": step,
+            "time.end": max(9.0 / viscosity, 8.0 if re >= 1 else 0.0),
+        })  # fmt: skip
+        import h5py
+
+        with h5py.File(run.folder / "spheres.h5") as file:
+            rates.append(-float(file["mobile/angular_velocity"][-1][2]))
+    result.rows.append(Row("rotation over shear rate, Re = 0.01", rates[0], 0.5, 0.01,
+                           source="exact for Re = 0, unbounded"))  # fmt: skip
+    for re, rate in zip(reynolds[1:], rates[1:], strict=True):
+        result.rows.append(Row(f"rotation over shear rate, Re = {re}", rate, 0.5,
+                               source="slower with inertia"))  # fmt: skip
+    result.curves.append(Curve("D/h = 8, walls 6 D apart", reynolds, rates))
+    return result
+
+
+def stream(runner: Runner) -> Result:
+    """Drag of a fixed sphere in a uniform stream, Re 20 and 100."""
+    result = Result("A fixed sphere in a uniform stream", axes=("t U / D", "C_D"))
+    # Clift, Grace and Weber 1978, table 5.2: 2.7 at Re 20, 1.087 at Re 100.
+    for re, reference in ((20, 2.7), (100, 1.087)):
+        for n, width, bound in ((8, 8.0, 0.03), (8, 12.0, None), (12, 8.0, 0.03)):
+            step = min(0.4 / n, 0.18 * re / n**2)
+            run = runner("stream", f"stream-{re}-{n}-{width:g}", {
+                "fluid.kinematic_viscosity": 1.0 / re,
+                "grid.cells": [16 * n, int(width * n), int(width * n)],
+                "grid.length": [16.0, width, width], "time.step": step, "time.end": 15.0,
+            }, {"ly": width, "lz": width, "y": 0.5 * width + 0.02, "z": 0.5 * width - 0.03})  # fmt: skip
+            import h5py
+
+            with h5py.File(run.folder / "spheres.h5") as file:
+                time, force = file["mobile/time"][:], file["mobile/force"][:, 0]
+            drag = force / (math.pi / 8.0)
+            slip = float(run.history()["slip_rms"][-1])
+            result.rows.append(Row(f"C_D, Re = {re}, D/h = {n}, box {width:g} D wide "
+                                   f"(slip rms {100 * slip:.2f} % of U)", float(drag[-1]),
+                                   reference, bound, source="Clift, Grace & Weber 1978"))  # fmt: skip
+            keep = time > 1.0
+            every = max(1, int(keep.sum()) // 100)
+            result.curves.append(Curve(f"Re {re}, D/h = {n}, {width:g} D", time[keep][::every].tolist(),
+                                       drag[keep][::every].tolist()))  # fmt: skip
+    return result
+
+
+def touching(runner: Runner) -> Result:
+    """Drag of two touching spheres along their line of centres in Stokes flow."""
+    result = Result("Two touching spheres in Stokes flow", axes=("D/h", "error of K / %"))
+    length, across, errors = 6.0, [8, 12], []
+    ratio = 0.5 / length  # R over the period
+    # Stimson and Jeffery 1926 at contact: each sphere has 0.6451 of its drag alone. Periodic images
+    # slow both down by 2.837 R/L - 4.19 (R/L)^3 of the velocity that the force on them makes
+    # (Hasimoto 1959).
+    images = 2.837297 * ratio - 4.18879 * ratio**3
+    single = 1.0 / (1.0 - images)
+    pair = 1.0 / (1.0 / (2.0 * 0.6451) - images)
+    coarser = {}
+    for n in across:
+        for alone, exact in ((1, single), (0, pair)):
+            settings = {"grid.cells": [int(length * n)] * 3, "time.step": DIFFUSION / n**2,
+                        "time.end": 0.2 * length**2}  # fmt: skip
+            settings |= _from_coarser(coarser.get(alone), 0.08 * length**2)
+            run = runner("touching", f"touching-{n}-{alone}", settings, {"alone": alone})
+            coarser[alone] = run
+            k = _drag_factor(run, length)
+            slip = float(run.history()["slip_max"][-1])
+            who = "one sphere" if alone else "two touching spheres"
+            result.rows.append(Row(f"drag of {who} over 6 pi mu R U, D/h = {n} (largest slip "
+                                   f"{100 * slip:.1f} %)", k, exact, 0.02,
+                                   source="Hasimoto 1959" if alone else
+                                   "Stimson & Jeffery 1926, Hasimoto 1959"))  # fmt: skip
+            if not alone:
+                errors.append(100 * (k / exact - 1))
+    result.curves.append(Curve("pair", across, errors))
+    return result
+
+
+def on_wall(runner: Runner) -> Result:
+    """Force and torque on a sphere that touches a wall in Stokes shear flow."""
+    result = Result("A sphere that touches a wall in Stokes shear flow",
+                    axes=("D/h", "error / %"))  # fmt: skip
+    across, errors = [8, 12], {"force": [], "torque": []}
+    length, height, radius, run = 8.0, 5.0, 0.5, None
+    for n in across:
+        settings = {"grid.cells": [8 * n, 5 * n, 8 * n], "time.step": DIFFUSION / n**2,
+                    "time.end": 12.0}  # fmt: skip
+        run = runner("on_wall", f"on_wall-{n}", settings | _from_coarser(run, 3.0))
+        force, torque = (float(v[i]) for v, i in zip(_last_load(run), (0, 2), strict=True))
+        # The shear far above the sphere: what the upper wall's speed leaves after the mean velocity
+        # that the sphere holds back, force x height of its centre over mu area.
+        shear_above = (height - force * radius / length**2) / height
+        # Each image in the plane of the wall slows the stream at the sphere by the leading term of a
+        # force beside a wall, 12 h^2 x^2 / (8 pi mu r^5) F (Blake 1971).
+        places = np.arange(-40, 41) * length
+        x, z = np.meshgrid(places, places)
+        r = np.hypot(x, z)
+        sums = float(np.sum((x**2)[r > 0] / r[r > 0] ** 5))
+        slower = force * 12.0 * radius**2 * sums / (8.0 * math.pi) / (shear_above * radius)
+        exact_force = 1.7005 * 6.0 * math.pi * radius**2 * shear_above * (1.0 - slower)
+        exact_torque = -0.944 * 4.0 * math.pi * radius**3 * shear_above
+        result.rows.append(Row(f"force, D/h = {n}", force, exact_force, 0.05,
+                               source="O'Neill 1968: 1.7005"))  # fmt: skip
+        result.rows.append(Row(f"torque, D/h = {n}", torque, exact_torque, 0.05,
+                               source="O'Neill 1968: 0.944"))  # fmt: skip
+        errors["force"].append(100 * (force / exact_force - 1))
+        errors["torque"].append(100 * (torque / exact_torque - 1))
+    for name, values in errors.items():
+        result.curves.append(Curve(name, across, values))
+    return result
+
+
+CASES = {
+    "array": array, "offsets": offsets, "rotation": rotation, "shear": shear, "stream": stream,
+    "touching": touching, "on_wall": on_wall,
+}  # fmt: skip
