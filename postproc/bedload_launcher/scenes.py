@@ -21,7 +21,9 @@ class Scene:
 
     @property
     def name(self) -> str:
-        return self.folder.name
+        """The folder's path under inputs/, or its own name where it stands elsewhere."""
+        inside = self.folder.is_relative_to(INPUTS)
+        return self.folder.relative_to(INPUTS).as_posix() if inside else self.folder.name
 
     @property
     def script(self) -> Path:
@@ -68,7 +70,9 @@ class Scene:
 
 
 def all_scenes() -> dict[str, Scene]:
-    return {file.parent.name: Scene(file.parent) for file in sorted(INPUTS.glob("*/fluid.toml"))}
+    """The scenes under inputs/, those of inputs/validation included, by name."""
+    files = [*sorted(INPUTS.glob("*/fluid.toml")), *sorted(INPUTS.glob("*/*/fluid.toml"))]
+    return {scene.name: scene for scene in (Scene(file.parent) for file in files)}
 
 
 def find_scene(name: str) -> Scene:
