@@ -169,16 +169,16 @@ TEST(Forcing, ATurningSphereIsBrakedAboutItsOwnAxis) {
     const SphereLoad load = flow.boundary.loads(dt).at(0);
     // An even slip is met by about two cells' depth of fluid around the surface (the row sums
     // return half): torque -rho omega (2/3 r^2) 4 pi r^2 (2h) / dt. The half that lies inside is
-    // not felt.
+    // not felt, and of the rest the sphere gets a half in the first stage.
     const double r = 0.4 - (0.28 + 0.125) * 0.1;
     const double shell =
         1.7 * 2.0 * (2.0 / 3.0 * r * r) * 4.0 * std::numbers::pi * r * r * 0.2 / dt;
-    EXPECT_LT(load.torque[axis], -0.25 * shell);
-    EXPECT_GT(load.torque[axis], -0.6 * shell);
+    EXPECT_LT(load.torque[axis], -0.125 * shell);
+    EXPECT_GT(load.torque[axis], -0.3 * shell);
     Vec3 others = load.torque;
     others[axis] = 0.0;
     EXPECT_LT(others.norm(), 0.01 * std::abs(load.torque[axis]));
-    EXPECT_LT(load.force.norm(), 0.02 * std::abs(load.torque[axis]) / r);
+    EXPECT_LT(load.force.norm(), 0.04 * std::abs(load.torque[axis]) / r);
   }
 }
 
@@ -207,8 +207,8 @@ TEST(Forcing, AngularMomentumGivenIsThatOfTheField) {
         }
   MPI_Allreduce(MPI_IN_PLACE, angular.data(), 3, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
   angular *= 1.7 * flow.grid.cell_volume();
-  // The load is the reaction plus what the fluid inside gained; with the fluid at rest before, that
-  // is the field's own interior momentum.
+  // The load is half of (the rest is paid later) the reaction plus what the fluid inside gained;
+  // with the fluid at rest before, that is the field's own interior momentum.
   VolumeShare share;
   std::array<InteriorSums, 3> sums;
   for (int c = 0; c < 3; ++c)
@@ -219,7 +219,7 @@ TEST(Forcing, AngularMomentumGivenIsThatOfTheField) {
   // cells, x and xx were summed over ranks together with u: right for this fit, too.
   const InteriorMomentum inside = interior_momentum(sums, all[0].radius);
   const SphereLoad load = flow.boundary.loads(1.0).at(0);
-  EXPECT_LT((load.torque - (1.7 * inside.angular - angular)).norm(), 1e-11 * angular.norm());
+  EXPECT_LT((2.0 * load.torque - (1.7 * inside.angular - angular)).norm(), 1e-11 * angular.norm());
   ASSERT_GT(angular.norm(), 0.01);
 }
 
