@@ -391,14 +391,16 @@ FlowStatistics Statistics<Real>::result() const {
     stress /= walls;
   s.u_tau = std::sqrt(stress / density);
   s.re_tau = s.u_tau * settings_.reference.height / viscosity;
-  if (clear && stress > 0.0)
+  if (clear && stress > 0.0) {
+    s.stress_defect = 0.0;
     for (std::size_t f = 0; f <= n; ++f) {
       const double lower = s.viscous.front() + s.turbulent.front();
       const double upper = s.viscous.back() + s.turbulent.back();
       const double line = lower + (upper - lower) * s.y_face[f] / grid_.length[1];
       s.stress_defect =
-          std::max(s.stress_defect, std::abs(s.viscous[f] + s.turbulent[f] - line) / stress);
+          std::max(*s.stress_defect, std::abs(s.viscous[f] + s.turbulent[f] - line) / stress);
     }
+  }
 
   s.wavenumber_step = {2.0 * M_PI / grid_.length[0], 2.0 * M_PI / grid_.length[2]};
   const std::size_t x = modes_of(grid_.cells[0]), z = modes_of(grid_.cells[2]);

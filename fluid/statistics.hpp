@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,7 +43,7 @@ struct FlowStatistics {
   double re_tau = 0.0;  ///< u_tau reference.height / nu
   /// Largest distance of viscous + turbulent from the straight line between the y walls'
   /// stresses, over rho u_tau^2 (without spheres).
-  double stress_defect = 0.0;
+  std::optional<double> stress_defect;
 
   /// One-sided spectra [L^3/T^2] of u, v, w at one height each, such that their sum times the
   /// wave-number step is the variance; modes 0 (left out, zero) to n/2.

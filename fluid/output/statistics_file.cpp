@@ -76,9 +76,9 @@ void write_statistics(const std::string& folder, const FlowStatistics& s) {
                                     {"end", s.end},
                                     {"driving", s.driving},
                                     {"u_tau", s.u_tau},
-                                    {"re_tau", s.re_tau},
-                                    {"stress_defect", s.stress_defect}})
+                                    {"re_tau", s.re_tau}})
     file.set_attribute("/", name, value);
+  if (s.stress_defect) file.set_attribute("/", "stress_defect", *s.stress_defect);
   file.set_attribute<double>("/", "wall_stress", s.wall_stress);
   file.make_group("profiles");
   for (const Column& column : columns) {
@@ -93,11 +93,13 @@ void write_statistics(const std::string& folder, const FlowStatistics& s) {
 }
 
 std::string statistics_summary(const FlowStatistics& s) {
-  return fmt::format(
+  std::string text = fmt::format(
       "statistics: {} samples, t = {:.6g} to {:.6g}; u_tau = {:.5g}, Re_tau = {:.4g}, wall stress "
-      "{:.4g} and {:.4g}, stress off its straight line by {:.2g} %\n",
-      s.samples, s.begin, s.end, s.u_tau, s.re_tau, s.wall_stress[0], s.wall_stress[1],
-      100.0 * s.stress_defect);
+      "{:.4g} and {:.4g}",
+      s.samples, s.begin, s.end, s.u_tau, s.re_tau, s.wall_stress[0], s.wall_stress[1]);
+  if (s.stress_defect)
+    text += fmt::format(", stress off its straight line by {:.2g} %", 100.0 * *s.stress_defect);
+  return text + "\n";
 }
 
 }  // namespace bedload

@@ -33,7 +33,7 @@ class FlowStatistics:
     driving: float
     wall_stress: np.ndarray
     u_tau: float
-    stress_defect: float
+    stress_defect: float | None  # None with spheres
     viscosity: float
     density: float
     profiles: dict[str, np.ndarray]
@@ -72,7 +72,7 @@ def read(run: Run) -> FlowStatistics:
     return FlowStatistics(
         int(numbers["samples"]), float(numbers["begin"]), float(numbers["end"]),
         float(numbers["driving"]), numbers["wall_stress"], float(numbers["u_tau"]),
-        float(numbers["stress_defect"]), run.viscosity, run.value("fluid.density"), profiles, spectra,
+        numbers.get("stress_defect"), run.viscosity, run.value("fluid.density"), profiles, spectra,
     )  # fmt: skip
 
 

@@ -210,6 +210,41 @@ TEST(StartField, DisturbancesHaveTheirSize) {
   }
 }
 
+/// A start that is disturbed by a tenth becomes turbulent and stays so: from 25 to 40 half heights
+/// over the bulk velocity its wall stress is that of turbulence, whichever profile it began from.
+/// Left alone, the parabola stays what it is.
+TEST(StartField, BecomesTurbulent) {
+  int ranks = 1;
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  if (ranks > 1) GTEST_SKIP() << "chaotic, and the same on any number of ranks";
+  const double nu = 1.0 / 2800.0;
+  Settings s = box({64, 32, 32}, 2.0 / 32, nu, 0.1);
+  set_y_ends(s, Wall::no_slip, Wall::no_slip);
+  s.time.cfl = 1.5;
+  s.flow.driving = Driving::bulk_velocity;
+  s.flow.bulk_velocity = s.start.velocity = 1.0;
+  const auto friction = [&](Start profile, double disturbance, double from, double to) {
+    s.start.from = profile;
+    s.start.disturbance = disturbance;
+    Channel<float> channel(s, MPI_COMM_WORLD);
+    double sum = 0.0, time = 0.0;
+    while (channel.time() < to) {
+      advance(channel, 1);
+      if (channel.time() < from) continue;
+      sum += channel.last_time_step() * channel.driving_force();
+      time += channel.last_time_step();
+    }
+    return std::sqrt(sum / time);  // density and half height are 1
+  };
+  const double laminar = std::sqrt(3.0 * nu);  // 0.0327; turbulent: 0.064 (Re_tau = 180)
+  EXPECT_NEAR(friction(Start::laminar, 0.0, 5.0, 10.0), laminar, 0.002);
+  for (const Start profile : {Start::laminar, Start::logarithmic}) {
+    const double turbulent = friction(profile, 0.1, 25.0, 40.0);
+    EXPECT_GT(turbulent, 0.058);  // three times the laminar stress
+    EXPECT_LT(turbulent, 0.085);  // a grid this coarse overshoots
+  }
+}
+
 /// The old pressure gradient in the predictor, once a sphere has been there, against none: without
 /// forcing in between, the projection yields the same velocity, and the summed-up pressure is the
 /// same as the one solved for anew.
