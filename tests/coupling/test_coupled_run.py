@@ -162,3 +162,26 @@ def check_sentence(result, found):
     assert len(spoken) == 1, result.output
     for text in found:
         assert text in spoken[0]
+
+
+def test_liggghts_follows_a_time_step_that_follows_the_flow(tmp_path):
+    """With time.cfl the step changes; each free sphere still moves by F dt of its own step."""
+    options = ("--steps", "20", "--set", "time.cfl=0.35", "--set", "time.step=0.04")
+    result = job(tmp_path, *options)
+    assert result.status == 0, result.output
+    history = rows(tmp_path / "out" / "history.csv")
+    step = np.array([float(row["dt"]) for row in history])
+    time = np.array([float(row["time"]) for row in history])
+    assert len(set(step)) >= 2
+    assert step.max() < 0.04
+    np.testing.assert_allclose(np.diff(time), step[1:], rtol=1e-9)
+    # cfl is that of the step to come: at most what was asked for, at least a rung below.
+    cfl = np.array([float(row["cfl"]) for row in history])
+    assert 0.35 / 2 ** (1 / 16) < cfl.min() <= cfl.max() < 0.35 * (1 + 1e-9)
+    which, motion = mobile_spheres(tmp_path)
+    path = motion[which[:, 1] == 10]
+    mass = 2.5 * np.pi / 6.0
+    change = mass * np.diff(path[:, 1], axis=0) / step[:, None]
+    weight = mass * np.array([0.0, -0.5, 0.0])
+    np.testing.assert_allclose(change, path[1:, 3] + weight, rtol=0, atol=1e-11)
+    assert max(float(row["momentum_residual"]) for row in history) < 1e-13
