@@ -1,0 +1,101 @@
+"""Whether turbulence is alive in a run, and whether its box is long and wide enough: two-point correlations.
+
+    R(r) = <u'(x) u'(x + r)> / <u'^2>
+
+along x and z at several heights, from the snapshots of fields.h5. In a box that is large enough R has
+fallen to about zero at half its length; where it has not, the largest motions are the box's.
+"""
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
+import h5py
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  (after the choice of a backend without a screen)
+import numpy as np  # noqa: E402
+from bedload_post.bed_friction import friction_velocity  # noqa: E402
+from bedload_post.outputs import MissingOutput, Run  # noqa: E402
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("folder", type=Path, metavar="OUT", help="output folder of a run")
+    parser.add_argument("--since", type=float, default=0.0, help="leave out what is earlier [T]")
+    parser.add_argument(
+        "--heights", type=float, nargs="+", metavar="Y",
+        help="heights over the floor [L] (default: bed's top + 0.1, 0.3 and 0.7 of the depth)",
+    )  # fmt: skip
+    parser.add_argument("--figure", type=Path, help="a PNG of correlations and profiles")
+
+
+def correlation(field: np.ndarray, axis: int) -> np.ndarray:
+    """<q(x) q(x+r)> of a periodic plane over the separations 0 ... half its length along `axis`."""
+    fluctuation = field - field.mean()
+    count = field.shape[axis]
+    modes = np.abs(np.fft.rfft(fluctuation, axis=axis)) ** 2
+    covariance = np.fft.irfft(modes, n=count, axis=axis).mean(axis=1 - axis) / count
+    return covariance[: count // 2 + 1]
+
+
+def planes(run: Run, heights: list[float], since: float) -> Iterator[np.ndarray]:
+    """u on the planes nearest to `heights`, shape (heights, nz, nx), snapshot by snapshot."""
+    path = run.folder / "fields.h5"
+    if not path.is_file():
+        raise MissingOutput(f"{run.folder} has no fields.h5.")
+    with h5py.File(path) as file:
+        face = file["grid/y"][:]
+        rows = [int(np.argmin(np.abs(0.5 * (face[1:] + face[:-1]) - y))) for y in heights]
+        for name in sorted(n for n in file if n.startswith("step_")):
+            if file[name].attrs["time"] >= since:
+                yield np.stack([file[name]["u"][:, row, :] for row in rows])
+
+
+def correlations(run: Run, heights: list[float], since: float) -> tuple[np.ndarray, np.ndarray, int]:
+    """R along x and z, shapes (heights, nx/2+1) and (heights, nz/2+1), and the number of snapshots."""
+    along_x, along_z, count = 0.0, 0.0, 0
+    for snapshot in planes(run, heights, since):
+        along_x = along_x + np.stack([correlation(u, 1) for u in snapshot])
+        along_z = along_z + np.stack([correlation(u, 0) for u in snapshot])
+        count += 1
+    if count == 0:
+        raise MissingOutput(f"fields.h5 of {run.folder} has no snapshot after t = {since:g}.")
+    return along_x / along_x[:, :1], along_z / along_z[:, :1], count
+
+
+def draw(run: Run, heights, along_x: np.ndarray, along_z: np.ndarray, file: Path) -> None:
+    figure, axes = plt.subplots(1, 2, figsize=(9, 3.4), sharey=True, layout="constrained")
+    for axis, values, d, name in ((axes[0], along_x, 0, "x"), (axes[1], along_z, 2, "z")):
+        distance = np.linspace(0, 0.5 * run.box[d], values.shape[1]) / run.depth
+        for height, line in zip(heights, values, strict=True):
+            axis.plot(distance, line, label=f"y = {height / run.diameter:.3g} D")
+        axis.axhline(0, color="#999999", lw=0.8)
+        axis.set(xlabel=f"separation along {name} / H")
+    axes[0].set(ylabel="R_uu", ylim=(-0.5, 1.02))
+    axes[0].legend(frameon=False)
+    figure.savefig(file, dpi=110)
+    plt.close(figure)
+
+
+def run(options: argparse.Namespace) -> int:
+    case = Run(options.folder)
+    bed_top = case.box[1] - case.depth
+    heights = options.heights or [bed_top + share * case.depth for share in (0.1, 0.3, 0.7)]
+    along_x, along_z, count = correlations(case, heights, options.since)
+    friction, source = friction_velocity(case, options.since)
+    history = case.history()
+    late = history["time"] >= options.since
+    energy = history["kinetic_energy"][late]
+    print(f"u_tau / u_b      {friction / case.bulk_velocity:.4f} ({source})")
+    print(f"Re_tau           {friction * case.depth / case.viscosity:.0f}")
+    print(f"kinetic energy   {energy.mean():.4f}, between {energy.min():.4f} and {energy.max():.4f}")
+    print(f"snapshots        {count}")
+    print("height / D   R at half the length   R at half the width   smallest R along z at z / D")
+    for height, x, z in zip(heights, along_x, along_z, strict=True):
+        lowest = int(np.argmin(z))
+        place = lowest * case.box[2] / (2 * (len(z) - 1)) / case.diameter
+        print(f"{height / case.diameter:10.2f} {x[-1]:21.3f} {z[-1]:21.3f} {z[lowest]:18.3f} at {place:.1f}")
+    if options.figure:
+        draw(case, heights, along_x, along_z, options.figure)
+    return 0

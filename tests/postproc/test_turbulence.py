@@ -1,0 +1,21 @@
+"""Two-point correlations of fields whose correlation is known."""
+
+import numpy as np
+import pytest
+from bedload_studies.turbulence import correlation
+
+
+def test_a_wave_correlates_as_a_cosine():
+    x = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+    field = 3.0 + np.sin(2 * x)[None, :] * np.ones((16, 1))
+    # <sin(2x) sin(2x + 2r)> = cos(2r)/2; along the other axis the field does not change.
+    assert correlation(field, 1) == pytest.approx(0.5 * np.cos(2 * x[:25]), abs=1e-12)
+    assert correlation(field, 0) == pytest.approx(0.5, abs=1e-12)
+
+
+def test_noise_correlates_with_itself_alone():
+    field = np.random.default_rng(5).normal(size=(200, 300))
+    found = correlation(field, 1)
+    # Variance 1; at any distance the mean of 6e4 products: 1/sqrt(6e4) = 0.004, five times that.
+    assert found[0] == pytest.approx(1.0, abs=0.03)
+    assert np.abs(found[1:]).max() < 0.021
