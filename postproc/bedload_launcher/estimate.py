@@ -46,7 +46,8 @@ class Estimate:
 def smaller_grids(cells: tuple[int, int, int], most: int = MANY_CELLS) -> list[tuple[int, int, int]]:
     """The two trial grids, the larger first: the scene's proportions, whole numbers of cells.
 
-    The larger has at most `most` cells, the smaller between an eighth and a half of the larger.
+    The larger has at most `most` cells, the smaller between an eighth and 0.6 of the larger: as many as
+    possible, since a scene may not bear fewer cells to a sphere.
     """
     unit = math.gcd(*cells)
     volume = math.prod(cells)
@@ -61,9 +62,9 @@ def smaller_grids(cells: tuple[int, int, int], most: int = MANY_CELLS) -> list[t
             "proportions to try; choose cells with a common divisor."
         )
     first = large[-1]
-    small = [m for m in sizes(volume * (first / unit) ** 3 / 2) if m >= first / 2]
+    small = [m for m in sizes(0.6 * volume * (first / unit) ** 3) if m >= first / 2]
     # A grid that no smaller one matches is tried once: its memory is taken as proportional.
-    chosen = [first] + small[:1]
+    chosen = [first] + small[-1:]
     return [tuple(n * m // unit for n in cells) for m in chosen]
 
 
@@ -130,8 +131,13 @@ def estimate(
         say(f"bedload: trying {STEPS} steps on {grid[0]} x {grid[1]} x {grid[2]} cells")
         line = [*overrides, f"grid.cells=[{grid[0]}, {grid[1]}, {grid[2]}]"]
         work = job.Job(scene, model, ranks, scene.folder, line, STEPS)
-        repeats = 1 if trials else REPEATS
-        trials.append(fastest([run_trial(work) for _ in range(repeats)]))
+        if not trials:
+            trials.append(fastest([run_trial(work) for _ in range(REPEATS)]))
+            continue
+        try:
+            trials.append(run_trial(work))
+        except UserError:
+            say("bedload: the scene does not run on that one; its memory is taken as proportional")
     return from_trials(cells, trials)
 
 

@@ -26,7 +26,7 @@ def test_trial_grids_keep_the_proportions_and_fit(cells):
         assert grid[0] * cells[1] == cells[0] * grid[1]
         assert grid[0] * cells[2] == cells[0] * grid[2]
     large, small = (math.prod(g) for g in grids)
-    assert large / 8.1 <= small <= large / 2
+    assert large / 8.1 <= small <= 0.6 * large
     # The largest that fits: one unit more along each edge would not.
     unit = math.gcd(*cells)
     next_up = [n // unit * (grids[0][0] * unit // cells[0] + 1) for n in cells]
