@@ -1,11 +1,13 @@
 """Distributions, shares, batches and friction velocity of made-up records whose numbers are known."""
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import h5py
+import matplotlib.image
 import numpy as np
 import pytest
 from bedload_post import bed_friction, flow_statistics, models_report, transport
@@ -200,6 +202,25 @@ def test_report_of_two_models(run, tmp_path):
     # Everything is in the one file.
     assert page.count("data:image/png;base64") == len(list(folder.glob("*.png"))) >= 8
     assert 'src="' not in page.replace('src="data:', "")
+
+
+def test_several_densities_stand_side_by_side(run, tmp_path):
+    heavy = tmp_path / "heavy"
+    shutil.copytree(run.folder, heavy)
+    text = (heavy / "settings.toml").read_text()
+    (heavy / "settings.toml").write_text(text.replace("sphere_density = 1.25", "sphere_density = 2.25"))
+    cases = [models_report.make_case("rpm", one, 0.0) for one in (run, Run(heavy))]
+    folder = tmp_path / "report"
+    found = models_report.write(models_report.Comparison("made up", cases, False, {}), folder)
+    assert [v["density_ratio"] for v in found] == [1.25, 2.25]
+    # S = u_tau^2/((rho_p - rho_f) g D): five times the submerged weight.
+    assert found[0]["shields"] == pytest.approx(5 * found[1]["shields"], rel=1e-12)
+    page = (folder / "report.html").read_text()
+    assert "rpm, ρp/ρf 2.25" in page
+    assert {"path-rpm-1.25.png", "path-rpm-2.25.png"} <= {file.name for file in folder.iterdir()}
+    models_report.write(models_report.Comparison("one", cases[:1], False, {}), tmp_path / "o")
+    wide, narrow = (matplotlib.image.imread(f / "shares.png").shape for f in (folder, tmp_path / "o"))
+    assert wide[1] > 1.5 * narrow[1]  # three panels over the ratio instead of one with bars
 
 
 def test_order_is_told_as_it_is():
