@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "fluid/diagnostics.hpp"
+#include "fluid/division.hpp"
 #include "fluid/errors.hpp"
-#include "fluid/plane_cost.hpp"
 #include "fluid/projection.hpp"
 #include "fluid/start_field.hpp"
 
@@ -27,11 +27,11 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
                        std::span<const SphereState> spheres)
     : settings_(settings),
       grid_(make_grid(settings)),
-      slabs_(grid_, comm, plane_cost(grid_, spheres, rank_count(comm))),
-      walls_(grid_),
-      velocity_(grid_, slabs_.planes(), 3, 1),
-      tendency_(grid_, slabs_.planes(), 3),
-      pressure_(grid_, slabs_.planes(), 1),
+      slabs_(grid_, comm, choose_cuts(grid_, spheres, rank_count(comm), settings.ranks.along_z)),
+      walls_(grid_, slabs_),
+      velocity_(grid_, slabs_.extent(), 3, 1),
+      tendency_(grid_, slabs_.extent(), 3),
+      pressure_(grid_, slabs_.extent(), 1),
       predictor_(walls_, velocity_, tendency_, pressure_),
       poisson_(grid_, slabs_),
       fringe_(settings.fringe, grid_),
@@ -47,7 +47,7 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
     const Real shift = static_cast<Real>(settings_.flow.bulk_velocity -
                                          streamwise_sum(velocity_, slabs_) / grid_.cell_count());
     for (int j = 0; j < slabs_.planes(); ++j)
-      for (int k = 0; k < grid_.cells[2]; ++k) {
+      for (int k = 0; k < slabs_.rows(); ++k) {
         Real* u = velocity_.row(j, k, 0);
         for (int i = 0; i < grid_.cells[0]; ++i) u[i] += shift;
       }
@@ -113,7 +113,7 @@ void Channel<Real>::begin_stage(int stage) {
 /// the sum of the Laplacian.
 template <class Real>
 double Channel<Real>::local_wall_sum() const {
-  const int nx = grid_.cells[0], nz = grid_.cells[2], top = slabs_.planes() - 1;
+  const int nx = grid_.cells[0], nz = slabs_.rows(), top = slabs_.planes() - 1;
   double sum = 0.0;
   const auto add = [&](int ghost_plane, int ghost_row, int plane, int row) {
     sum +=
@@ -123,9 +123,9 @@ double Channel<Real>::local_wall_sum() const {
     if (slabs_.at_lower_wall()) add(-1, k, 0, k);
     if (slabs_.at_upper_wall()) add(top + 1, k, top, k);
   }
-  for (int j = 0; j <= top && !grid_.periodic(2); ++j) {
-    add(j, -1, j, 0);
-    add(j, nz, j, nz - 1);
+  for (int j = 0; j <= top; ++j) {
+    if (slabs_.at_back_wall()) add(j, -1, j, 0);
+    if (slabs_.at_front_wall()) add(j, nz, j, nz - 1);
   }
   return sum;
 }
@@ -141,24 +141,32 @@ void Channel<Real>::predict_plane(int j) {
 /// The upper wall's own face carries no flow.
 template <class Real>
 void Channel<Real>::close_wall_face(int j) {
-  for (int k = 0; k < grid_.cells[2]; ++k)
+  for (int k = 0; k < slabs_.rows(); ++k)
     std::fill_n(velocity_.row(j, k, 1) - 1, grid_.cells[0] + 2, Real(0));
 }
 
 /// Takes h/(step) (div u*) h of plane j, found in the storage of plane j + moved, into the Poisson
-/// solver's upward sweep, and adds up u*. What the rank below lets in is added by couple().
+/// solver's upward sweep, and adds up u*. What the block below lets in is added by couple(), what
+/// the block behind lets in comes with the sweep.
 template <class Real>
 void Channel<Real>::eliminate_plane(int j, int moved, double step) {
-  const int nx = grid_.cells[0], nz = grid_.cells[2], at = j + moved;
+  const int nx = grid_.cells[0], nz = slabs_.rows(), at = j + moved;
   const Real scale = static_cast<Real>(grid_.h / step);
   double sum = 0.0;
   for (int k = 0; k < nz; ++k) {
     const Real* v_below = j == 0 ? zeros_.data() : velocity_.row(at - 1, k, 1);
+    const Real* w_back =
+        k == 0 && poisson_.gives_to_front() ? zeros_.data() : velocity_.row(at, k - 1, 2);
     divergence_row(nx, scale, velocity_.row(at, k, 0), velocity_.row(at, k, 1), v_below,
-                   velocity_.row(at, k, 2), velocity_.row(at, k - 1, 2), poisson_.rhs_row(k));
+                   velocity_.row(at, k, 2), w_back, poisson_.rhs_row(k));
     sum += row_sum(nx, velocity_.row(at, k, 0));
   }
   local_sum_ += sum;
+  if (poisson_.gives_to_front()) {
+    const Real* w = velocity_.row(at, nz - 1, 2);
+    Real* given = poisson_.rhs_row(nz);
+    for (int i = 0; i < nx; ++i) given[i] = -scale * w[i];
+  }
   if (!slabs_.at_upper_wall() && j == slabs_.planes() - 1)
     for (int k = 0; k < nz; ++k) {
       const Real* v = velocity_.row(at, k, 1);
@@ -253,7 +261,7 @@ double Channel<Real>::bulk_shift(double step) {
 /// undoes the predictor's move.
 template <class Real>
 void Channel<Real>::sweep_down(const Correction& correction) {
-  const int nx = grid_.cells[0], nz = grid_.cells[2], planes = slabs_.planes();
+  const int nx = grid_.cells[0], nz = slabs_.rows(), planes = slabs_.planes();
   const Real factor = static_cast<Real>(correction.step / grid_.h);
   const Real shift = static_cast<Real>(correction.shift);
   local_sum_ = local_fastest_ = 0.0;
@@ -296,7 +304,7 @@ void Channel<Real>::update_pressure(int j, PressureUse use) {
   if (use == PressureUse::none) return;
   const int nx = grid_.cells[0];
   const Real share = static_cast<Real>(settings_.spheres.pressure_share);
-  for (int k = 0; k < grid_.cells[2]; ++k) {
+  for (int k = 0; k < slabs_.rows() + (poisson_.gives_to_front() ? 1 : 0); ++k) {
     const Real* phi = poisson_.solution_row(j, k);
     Real* p = pressure_.row(j, k);
     if (use == PressureUse::replace)
@@ -309,15 +317,18 @@ void Channel<Real>::update_pressure(int j, PressureUse use) {
 
 template <class Real>
 void Channel<Real>::fill_ghosts() {
-  slabs_.exchange(velocity_);
-  walls_.close_slab(velocity_, slabs_);
+  slabs_.exchange_rows(velocity_);
+  if (slabs_.divides_rows())  // a block of one row reflects its neighbour's at the wall
+    for (int j = 0; j < slabs_.planes(); ++j) walls_.close_plane(velocity_, j);
+  slabs_.exchange_planes(velocity_);
+  walls_.close_block(velocity_);
 }
 
 /// Ghosts within the own planes, from the own cells alone.
 template <class Real>
 void Channel<Real>::close_own_planes() {
   for (int j = 0; j < slabs_.planes(); ++j) {
-    for (int k = 0; k < grid_.cells[2]; ++k)
+    for (int k = 0; k < slabs_.rows(); ++k)
       for (int c = 0; c < 3; ++c) walls_.close_row(velocity_.row(j, k, c), c);
     walls_.close_plane(velocity_, j);
   }
@@ -406,7 +417,7 @@ std::array<double, 2> Channel<Real>::wall_stress() const {
                         (double(grid_.cells[0]) * double(grid_.cells[2]));
   std::array<double, 2> stress{};
   const auto add = [&](std::size_t end, int ghost, int inner) {
-    for (int k = 0; k < grid_.cells[2]; ++k)
+    for (int k = 0; k < slabs_.rows(); ++k)
       stress[end] += factor * (row_sum(grid_.cells[0], velocity_.row(inner, k)) -
                                row_sum(grid_.cells[0], velocity_.row(ghost, k)));
   };
@@ -443,11 +454,12 @@ void Channel<Real>::measure_start() {
 template <class Real>
 void Channel<Real>::set_velocity(const std::function<double(int, const Vec3&)>& value) {
   for (int j = 0; j < slabs_.planes(); ++j)
-    for (int k = 0; k < grid_.cells[2]; ++k)
+    for (int k = 0; k < slabs_.rows(); ++k)
       for (int c = 0; c < 3; ++c) {
         Real* row = velocity_.row(j, k, c);
         for (int i = 0; i < grid_.cells[0]; ++i) {
-          Vec3 place(grid_.centre(i), grid_.centre(slabs_.first() + j), grid_.centre(k));
+          Vec3 place(grid_.centre(i), grid_.centre(slabs_.first() + j),
+                     grid_.centre(slabs_.first_row() + k));
           place[c] += 0.5 * grid_.h;
           row[i] = static_cast<Real>(value(c, place));
         }

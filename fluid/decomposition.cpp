@@ -1,21 +1,44 @@
 #include "fluid/decomposition.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <cassert>
+#include <exception>
 #include <numeric>
 
-#include "fluid/errors.hpp"
-
 namespace bedload {
+namespace {
 
-std::vector<int> divide_planes(std::span<const double> cost, int parts) {
+int size_of(MPI_Comm comm) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  return ranks;
+}
+
+int rank_in(MPI_Comm comm) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  return rank;
+}
+
+MPI_Comm split(MPI_Comm comm, int colour) {
+  MPI_Comm part = MPI_COMM_NULL;
+  MPI_Comm_split(comm, colour, 0, &part);
+  return part;
+}
+
+int part_of(const std::vector<int>& first, int index) {
+  const auto behind = std::upper_bound(first.begin(), first.end(), index);
+  return static_cast<int>(behind - first.begin()) - 1;
+}
+
+// Message tags: with two parts along a periodic direction the neighbours are one rank.
+constexpr int upwards = 1, downwards = 2, forwards = 3, backwards = 4;
+
+}  // namespace
+
+std::vector<int> divide_evenly(std::span<const double> cost, int parts) {
   const int planes = static_cast<int>(cost.size());
-  if (parts > planes)
-    throw UserError(
-        fmt::format("The fluid runs on {} ranks, but 'grid.cells' has only {} planes along y; use "
-                    "at most {} fluid ranks.",
-                    parts, planes, planes));
+  assert(parts <= planes);
   const double total = std::accumulate(cost.begin(), cost.end(), 0.0);
   std::vector<int> first{0};
   double below = 0.0;  // cost of the planes dealt out so far
@@ -36,69 +59,76 @@ std::vector<int> divide_planes(std::span<const double> cost, int parts) {
   return first;
 }
 
-Decomposition::Decomposition(const Grid& grid, MPI_Comm comm, std::span<const double> plane_cost)
-    : comm_(comm) {
-  int ranks = 0;
-  MPI_Comm_rank(comm, &rank_);
-  MPI_Comm_size(comm, &ranks);
-  const std::vector<double> even(static_cast<std::size_t>(grid.cells[1]), 1.0);
-  first_ = divide_planes(plane_cost.empty() ? std::span<const double>(even) : plane_cost, ranks);
-  const bool closed = grid.periodic(1);
-  if (rank_ > 0 || closed) below_ = (rank_ + ranks - 1) % ranks;
-  if (rank_ < ranks - 1 || closed) above_ = (rank_ + 1) % ranks;
+Cuts even_cuts(const Grid& grid, int ranks, int z_parts) {
+  assert(ranks % z_parts == 0);
+  const auto even = [&grid](std::size_t direction, int parts) {
+    return divide_evenly(std::vector<double>(static_cast<std::size_t>(grid.cells[direction]), 1.0),
+                         parts);
+  };
+  return {.y = even(1, ranks / z_parts), .z = even(2, z_parts)};
 }
 
-int Decomposition::owner(int global_plane) const {
-  const auto behind = std::upper_bound(first_.begin(), first_.end(), global_plane);
-  return static_cast<int>(behind - first_.begin()) - 1;
+OwnComm::~OwnComm() {
+  // Freeing waits for the others, which a rank that gives up must not do.
+  if (comm_ != MPI_COMM_NULL && std::uncaught_exceptions() == 0) MPI_Comm_free(&comm_);
 }
 
-namespace {
+Decomposition::Decomposition(const Grid& grid, MPI_Comm comm, const Cuts& cuts)
+    : comm_(comm),
+      rank_(rank_in(comm)),
+      cuts_(cuts),
+      y_comm_(split(comm, z_part())),
+      z_comm_(split(comm, y_part())) {
+  assert(ranks() == size_of(comm));
+  const auto neighbour = [&](int direction, int y, int z) {
+    if (grid.periodic(direction)) {
+      y = (y + y_parts()) % y_parts();
+      z = (z + z_parts()) % z_parts();
+    }
+    const bool inside = y >= 0 && y < y_parts() && z >= 0 && z < z_parts();
+    return inside ? y * z_parts() + z : MPI_PROC_NULL;
+  };
+  below_ = neighbour(1, y_part() - 1, z_part());
+  above_ = neighbour(1, y_part() + 1, z_part());
+  back_ = neighbour(2, y_part(), z_part() - 1);
+  front_ = neighbour(2, y_part(), z_part() + 1);
+}
 
-constexpr int upwards = 1, downwards = 2;  // message tags: two ranks can be neighbours twice
+Decomposition::Decomposition(const Grid& grid, MPI_Comm comm)
+    : Decomposition(grid, comm, even_cuts(grid, size_of(comm))) {}
+
+int Decomposition::owner(int plane, int row) const {
+  return part_of(cuts_.y, plane) * z_parts() + part_of(cuts_.z, row);
+}
 
 template <class Real>
-int message_length(const Field<Real>& field) {
-  return static_cast<int>(field.plane_size());
+void Decomposition::exchange_rows(Field<Real>& field) const {
+  if (!divides_rows()) return;
+  const int last = field.nz() - 1;
+  MPI_Datatype row = MPI_DATATYPE_NULL;  // one z row of every own plane
+  MPI_Type_vector(field.planes(), static_cast<int>(field.row_size()),
+                  static_cast<int>(field.plane_size()), mpi_type<Real>(), &row);
+  MPI_Type_commit(&row);
+  MPI_Sendrecv(field.row_block(0, last), 1, row, front_, forwards, field.row_block(0, -1), 1, row,
+               back_, forwards, comm_, MPI_STATUS_IGNORE);
+  MPI_Sendrecv(field.row_block(0, 0), 1, row, back_, backwards, field.row_block(0, last + 1), 1,
+               row, front_, backwards, comm_, MPI_STATUS_IGNORE);
+  MPI_Type_free(&row);
 }
 
-}  // namespace
-
 template <class Real>
-void Decomposition::exchange(Field<Real>& field) const {
-  const int length = message_length(field), top = field.planes() - 1;
+void Decomposition::exchange_planes(Field<Real>& field) const {
   const MPI_Datatype type = mpi_type<Real>();
+  const int length = static_cast<int>(field.plane_size()), top = field.planes() - 1;
   MPI_Sendrecv(field.plane(top), length, type, above_, upwards, field.plane(-1), length, type,
                below_, upwards, comm_, MPI_STATUS_IGNORE);
   MPI_Sendrecv(field.plane(0), length, type, below_, downwards, field.plane(top + 1), length, type,
                above_, downwards, comm_, MPI_STATUS_IGNORE);
 }
 
-template <class Real>
-void Decomposition::add_ghosts(Field<Real>& field) const {
-  const int length = message_length(field), top = field.planes() - 1;
-  const MPI_Datatype type = mpi_type<Real>();
-  for (int j = -1; j <= top + 1; ++j) fold_x_ghosts(field, j);
-  std::vector<Real> received(field.plane_size());
-  const auto add_to = [&](int j) {
-    Real* plane = field.plane(j);
-    for (std::size_t n = 0; n < received.size(); ++n) plane[n] += received[n];
-  };
-  const auto clear = [&](int j) { std::fill_n(field.plane(j), field.plane_size(), Real{}); };
-
-  MPI_Sendrecv(field.plane(-1), length, type, below_, downwards, received.data(), length, type,
-               above_, downwards, comm_, MPI_STATUS_IGNORE);
-  if (!at_upper_wall()) add_to(top);
-  MPI_Sendrecv(field.plane(top + 1), length, type, above_, upwards, received.data(), length, type,
-               below_, upwards, comm_, MPI_STATUS_IGNORE);
-  if (!at_lower_wall()) add_to(0);
-  if (!at_lower_wall()) clear(-1);
-  if (!at_upper_wall()) clear(top + 1);
-}
-
-template void Decomposition::exchange(Field<float>&) const;
-template void Decomposition::exchange(Field<double>&) const;
-template void Decomposition::add_ghosts(Field<float>&) const;
-template void Decomposition::add_ghosts(Field<double>&) const;
+template void Decomposition::exchange_rows(Field<float>&) const;
+template void Decomposition::exchange_rows(Field<double>&) const;
+template void Decomposition::exchange_planes(Field<float>&) const;
+template void Decomposition::exchange_planes(Field<double>&) const;
 
 }  // namespace bedload

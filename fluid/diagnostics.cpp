@@ -74,7 +74,11 @@ BadPlace find_not_finite(const Field<Real>& velocity, const Decomposition& slabs
         const Real* q = velocity.row(j, k, c);
         for (int i = 0; i < velocity.nx(); ++i)
           if (!std::isfinite(q[i]))
-            return {.found = true, .i = i, .j = slabs.first() + j, .k = k, .component = c};
+            return {.found = true,
+                    .i = i,
+                    .j = slabs.first() + j,
+                    .k = slabs.first_row() + k,
+                    .component = c};
       }
   return {};
 }

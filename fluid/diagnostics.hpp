@@ -23,11 +23,11 @@ double largest_divergence(const Field<Real>& velocity, const Grid& grid,
 template <class Real>
 double streamwise_sum(const Field<Real>& velocity, const Decomposition& slabs);
 
-/// Largest |u|+|v|+|w| [L/T] of this rank's planes alone.
+/// Largest |u|+|v|+|w| [L/T] of this rank's cells alone.
 template <class Real>
 double largest_local_speed(const Field<Real>& velocity);
 
-/// Global plane and cell of the first value that is not finite on this rank.
+/// Global cell of the first value that is not finite on this rank.
 struct BadPlace {
   bool found = false;
   int i = 0, j = 0, k = 0, component = 0;

@@ -16,7 +16,7 @@ namespace bedload {
 struct FftwShape {
   int n;             ///< points of one transform
   int howmany;       ///< transforms
-  int stride = 1;    ///< from point to point, in numbers of the array's kind
+  int stride = 1;    ///< from point to point, in numbers of each array's kind
   int distance = 0;  ///< from transform to transform
 };
 
@@ -39,11 +39,13 @@ struct Fftw;
       return name##_plan_many_r2r(1, &s.n, s.howmany, in, nullptr, s.stride, s.distance, out,      \
                                   nullptr, s.stride, s.distance, &kind, flags);                    \
     }                                                                                              \
-    static Plan to_complex(int n, Real* in, Complex* out) {                                        \
-      return name##_plan_dft_r2c_1d(n, in, out, flags);                                            \
+    static Plan to_complex(FftwShape s, Real* in, Complex* out) {                                  \
+      return name##_plan_many_dft_r2c(1, &s.n, s.howmany, in, nullptr, s.stride, s.distance, out,  \
+                                      nullptr, s.stride, s.distance, flags);                       \
     }                                                                                              \
-    static Plan to_real(int n, Complex* in, Real* out) {                                           \
-      return name##_plan_dft_c2r_1d(n, in, out, flags);                                            \
+    static Plan to_real(FftwShape s, Complex* in, Real* out) {                                     \
+      return name##_plan_many_dft_c2r(1, &s.n, s.howmany, in, nullptr, s.stride, s.distance, out,  \
+                                      nullptr, s.stride, s.distance, flags);                       \
     }                                                                                              \
     static void run_complex(Plan p, Complex* in, Complex* out) { name##_execute_dft(p, in, out); } \
     static void run_real(Plan p, Real* in, Real* out) { name##_execute_r2r(p, in, out); }          \
@@ -115,12 +117,12 @@ class FourierPlan {
     if (basis == Basis::faces) --shape.n;
     return {Library::real(shape, in, out, fftw_kind(basis, forwards)), Kind::real};
   }
-  /// Real row to its n/2+1 complex modes, and back.
-  static FourierPlan to_complex(int n, Real* in, Real* out) {
-    return {Library::to_complex(n, in, pairs(out)), Kind::to_complex};
+  /// Real numbers to their n/2+1 complex modes, and back.
+  static FourierPlan to_complex(FftwShape shape, Real* in, Real* out) {
+    return {Library::to_complex(shape, in, pairs(out)), Kind::to_complex};
   }
-  static FourierPlan to_real(int n, Real* in, Real* out) {
-    return {Library::to_real(n, pairs(in), out), Kind::to_real};
+  static FourierPlan to_real(FftwShape shape, Real* in, Real* out) {
+    return {Library::to_real(shape, pairs(in), out), Kind::to_real};
   }
 
   void operator()(Real* in, Real* out) const {

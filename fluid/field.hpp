@@ -40,36 +40,42 @@ class AlignedArray {
   std::size_t size_ = 0;
 };
 
-/// Values on a slab of y planes, with one ghost layer all around.
+/// Planes along y and rows along z of one rank's block; x is never divided.
+struct Extent {
+  int planes, rows;
+};
+
+/// Values on a block of y planes and z rows, with one ghost layer all around.
 ///
 /// Storage from slowest to fastest: plane j, row k, component c, x. A row starts on a cache line
 /// and ends with a pad that holds its own upper x ghost and the next row's lower one: row(j, k,
-/// c)[i] is valid for i = -1 .. nx. Planes are local, j = -1 .. planes. Rows k = -1 .. nz go
-/// through a table: with periodic z the ghost rows are the opposite rows themselves, otherwise they
-/// have storage of their own. One whole plane is one contiguous block, so that a halo message needs
-/// no packing.
+/// c)[i] is valid for i = -1 .. nx. Planes and rows are local, j = -1 .. planes. Rows k = -1 .. nz
+/// go through a table: where periodic z is not divided the ghost rows are the opposite rows
+/// themselves, otherwise they have storage of their own. One whole plane is one contiguous block,
+/// so that its message needs no packing.
 template <class Real>
 class Field {
  public:
   /// `spare_planes` of storage below plane -1 let relabel() move the planes.
-  Field(const Grid& grid, int planes, int components, int spare_planes = 0)
-      : nx_(grid.cells[0]), nz_(grid.cells[2]), planes_(planes), components_(components) {
+  Field(const Grid& grid, Extent extent, int components, int spare_planes = 0)
+      : nx_(grid.cells[0]), nz_(extent.rows), planes_(extent.planes), components_(components) {
     constexpr std::size_t lane = cache_line / sizeof(Real);
     stride_ = (static_cast<std::size_t>(nx_) + 2 + lane - 1) / lane * lane;
     row_stride_ = stride_ * static_cast<std::size_t>(components);
-    const int stored_rows = grid.periodic(2) ? nz_ : nz_ + 2;
+    const bool wrapped = grid.periodic(2) && nz_ == grid.cells[2];
+    const int stored_rows = wrapped ? nz_ : nz_ + 2;
     plane_stride_ = row_stride_ * static_cast<std::size_t>(stored_rows);
     for (int k = -1; k <= nz_; ++k) {
-      const int stored = grid.periodic(2) ? (k + nz_) % nz_ : k + 1;
+      const int stored = wrapped ? (k + nz_) % nz_ : k + 1;
       rows_.push_back(static_cast<std::size_t>(stored) * row_stride_);
     }
-    data_ = AlignedArray<Real>(lane +
-                               plane_stride_ * static_cast<std::size_t>(planes + 2 + spare_planes));
+    data_ = AlignedArray<Real>(lane + plane_stride_ *
+                                          static_cast<std::size_t>(planes_ + 2 + spare_planes));
     first_ = lane + plane_stride_ * static_cast<std::size_t>(spare_planes);
   }
 
   int nx() const { return nx_; }
-  int nz() const { return nz_; }
+  int nz() const { return nz_; }  ///< rows of this block
   int planes() const { return planes_; }
   int components() const { return components_; }
 
@@ -80,8 +86,12 @@ class Field {
   /// Distance between two components of one row, in values.
   std::size_t component_stride() const { return stride_; }
 
-  /// The contiguous block of one plane: all its rows with both x ghosts. It begins one value before
-  /// the first row, at that row's lower ghost.
+  /// One row with all its components and their x ghosts, contiguous: begins one value before i = 0.
+  Real* row_block(int j, int k) { return row(j, k) - 1; }
+  const Real* row_block(int j, int k) const { return row(j, k) - 1; }
+  std::size_t row_size() const { return row_stride_; }
+
+  /// The contiguous block of one plane: all its stored rows with both x ghosts.
   Real* plane(int j) { return data_.data() + plane_offset(j) - 1; }
   const Real* plane(int j) const { return data_.data() + plane_offset(j) - 1; }
   std::size_t plane_size() const { return plane_stride_; }
@@ -126,20 +136,6 @@ void wrap_x_ghosts(Field<Real>& field, int j) {
       Real* row = field.row(j, k, c);
       row[-1] = row[nx - 1];
       row[nx] = row[0];
-    }
-}
-
-/// The reverse: adds what was left in the periodic x ghosts to the cells that they stand for, and
-/// empties the ghosts.
-template <class Real>
-void fold_x_ghosts(Field<Real>& field, int j) {
-  const int nx = field.nx();
-  for (int k = 0; k < field.nz(); ++k)
-    for (int c = 0; c < field.components(); ++c) {
-      Real* row = field.row(j, k, c);
-      row[nx - 1] += row[-1];
-      row[0] += row[nx];
-      row[-1] = row[nx] = Real{};
     }
 }
 

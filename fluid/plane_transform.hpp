@@ -1,82 +1,91 @@
 #pragma once
 
-#include <mpi.h>
-
-#include <array>
 #include <cstddef>
+#include <memory>
 
 #include "fluid/basis.hpp"
-#include "fluid/fftw.hpp"
+#include "fluid/decomposition.hpp"
 #include "fluid/field.hpp"
 #include "fluid/grid.hpp"
 
 namespace bedload {
 
-/// Transform of one real plane in x and z into the functions in which second differences are
-/// diagonal (basis.hpp): Fourier where periodic, sine or cosine between walls.
+/// Transform of a real plane in x and z into the functions in which second differences are diagonal
+/// (basis.hpp): Fourier where periodic, sine or cosine between walls. Two kinds: of a plane that
+/// this rank has as a whole (whole_transform.hpp), and of one whose rows are divided over ranks
+/// (divided_transform.hpp).
 ///
-/// z comes first and goes over the plane as a whole; the x transform follows row by row, so that
-/// the caller can work on a spectral row while it is in the first-level cache. What a spectral row
-/// holds:
-///
-///   z         x         rows      modes of a row
-///   periodic  periodic  nz/2+1    nx complex
-///   periodic  walls     nz/2+1    nx complex (x transform of real and imaginary parts)
-///   walls     periodic  nz        nx/2+1 complex
-///   walls     walls     nz        nx real
-///
-/// Periodic z takes complex transforms only (FFTW's real ones gain nothing from vector registers in
-/// single precision): a real row is read as nx/2 complex numbers r(2m) + i r(2m+1). One complex
-/// transform along z then holds the transforms of even and odd columns together, Z_k = E_k + i O_k,
-/// which
-///
-///   E_k = (Z_k + conj Z_-k)/2,   O_k = (Z_k - conj Z_-k)/(2i)
-///
-/// take apart; rows k = 0 .. nz/2 of E and O, interleaved again, are the z transform of all
-/// columns. Every length works, odd ones included.
-///
-/// Forward and inverse together multiply by 1/normalisation().
+/// Real planes hold the block's nz rows and one more. Spectral planes hold rows() rows of modes(),
+/// `pitch` modes apart, each of parts() real numbers. Whole-plane steps are collective over the
+/// ranks that share the plane; row steps are not, so that the caller can work on a spectral row
+/// while it is in the first-level cache. Forward and inverse together multiply by
+/// 1/normalisation().
 template <class Real>
 class PlaneTransform {
  public:
-  /// For a velocity component or the pressure. Collective over `comm`, whose ranks get the same
-  /// plans.
-  PlaneTransform(const Grid& grid, int component, MPI_Comm comm);
+  virtual ~PlaneTransform() = default;
+  PlaneTransform(const PlaneTransform&) = delete;
+  PlaneTransform& operator=(const PlaneTransform&) = delete;
 
   int nx() const { return nx_; }
-  int nz() const { return nz_; }
+  int nz() const { return nz_; }  ///< rows of the block
   bool periodic_x() const { return basis_x_ == Basis::periodic; }
   bool periodic_z() const { return basis_z_ == Basis::periodic; }
+  /// Whether row nz takes part: forwards as what this block adds to the first row of the block in
+  /// front, back as that row.
+  bool has_row_in_front() const { return divided_; }
   /// Values from one row of a real plane to the next; at least nx + 1.
   std::size_t real_pitch() const { return real_pitch_; }
-  std::size_t real_size() const { return real_pitch_ * static_cast<std::size_t>(nz_); }
+  std::size_t real_size() const { return real_pitch_ * static_cast<std::size_t>(nz_ + 1); }
 
-  int rows() const { return periodic_z() ? nz_ / 2 + 1 : nz_; }
-  int modes() const { return periodic_x() && !periodic_z() ? nx_ / 2 + 1 : nx_; }
+  int rows() const { return rows_; }
+  int modes() const { return modes_; }
   /// Real numbers that make up one mode: 2 (real and imaginary part) or 1.
   int parts() const { return periodic_x() || periodic_z() ? 2 : 1; }
   /// Modes from one spectral row to the next, and in all, padding included.
   std::size_t pitch() const { return pitch_; }
-  std::size_t size() const { return pitch_ * static_cast<std::size_t>(rows()); }
+  std::size_t size() const { return pitch_ * static_cast<std::size_t>(rows_); }
 
   double normalisation() const { return normalisation_; }
-  /// Eigenvalue of h^2 times the second differences along x and z.
-  double eigenvalue(int mode, int row) const {
-    return second_difference(basis_x_, mode, nx_) + second_difference(basis_z_, row, nz_);
+  /// Eigenvalue of h^2 times the second differences along x and z; zero for the mean of the
+  /// pressure alone.
+  virtual double eigenvalue(int mode, int row) const = 0;
+
+  virtual void forward_plane(Real* plane) = 0;
+  virtual void forward_row(Real* plane, int row, Real* out) = 0;
+  virtual void inverse_row(Real* in, int row, Real* plane) = 0;
+  virtual void inverse_plane(Real* plane) = 0;
+
+  virtual std::size_t bytes() const = 0;
+
+ protected:
+  PlaneTransform(const Grid& grid, int component, const Decomposition& blocks)
+      : nx_(grid.cells[0]),
+        nz_(blocks.rows()),
+        basis_x_(basis_of(grid, component, 0)),
+        basis_z_(basis_of(grid, component, 2)),
+        divided_(blocks.divides_rows()),
+        real_pitch_(round_up(static_cast<std::size_t>(nx_) + 1, cache_line / sizeof(Real))) {}
+
+  void shape_modes(int rows, int modes) {
+    rows_ = rows;
+    modes_ = modes;
+    pitch_ = round_up(static_cast<std::size_t>(modes), cache_line / sizeof(Real));
   }
+  static std::size_t round_up(std::size_t n, std::size_t to) { return (n + to - 1) / to * to; }
 
-  void forward_z(Real* plane) const;
-  void forward_row(Real* plane, int row, Real* out);
-  void inverse_row(Real* in, int row, Real* plane);
-  void inverse_z(Real* plane) const;
-
- private:
-  int nx_, nz_, columns_;
+  int nx_, nz_;
   Basis basis_x_, basis_z_;
-  double normalisation_;
-  std::size_t real_pitch_, pitch_;
-  AlignedArray<Real> scratch_;
-  FourierPlan<Real> forward_z_, inverse_z_, forward_x_, inverse_x_;
+  bool divided_;
+  std::size_t real_pitch_;
+  int rows_ = 0, modes_ = 0;
+  std::size_t pitch_ = 0;
+  double normalisation_ = 1.0;
 };
+
+/// The kind that the decomposition asks for. Collective over its ranks, which get the same plans.
+template <class Real>
+std::unique_ptr<PlaneTransform<Real>> make_plane_transform(const Grid& grid, int component,
+                                                           const Decomposition& blocks);
 
 }  // namespace bedload

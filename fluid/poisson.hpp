@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 
 #include "fluid/decomposition.hpp"
 #include "fluid/field.hpp"
@@ -25,7 +26,8 @@ namespace bedload {
 ///
 /// The right-hand side of plane 0 may lack an amount that only the rank below knows. That rank
 /// gives its negative in excess_row() before couple(): to the elimination it is the same as a
-/// change of the plane below the slab.
+/// change of the plane below the slab. Where planes are divided along z, row 0 may likewise lack
+/// what only the block behind knows; that one gives it in rhs_row(nz).
 template <class Real>
 class PoissonSolver {
  public:
@@ -36,9 +38,12 @@ class PoissonSolver {
   /// Valid for i = 0 .. nx and k = 0 .. nz, the last ones being the periodic neighbours or, beyond
   /// a wall, the values before it.
   const Real* solution_row(int j, int k) const {
-    if (k == transform_.nz()) k = transform_.periodic_z() ? 0 : k - 1;
-    return solution_[j & 1].data() + transform_.real_pitch() * static_cast<std::size_t>(k);
+    if (k == nz() && !gives_to_front()) k = transform_->periodic_z() ? 0 : k - 1;
+    return solution_[j & 1].data() + transform_->real_pitch() * static_cast<std::size_t>(k);
   }
+  /// Whether the planes are divided along z: then rhs_row(nz) takes what belongs to the first row
+  /// of the block in front.
+  bool gives_to_front() const { return transform_->has_row_in_front(); }
 
   void eliminate(int j);
   void couple();
@@ -49,20 +54,22 @@ class PoissonSolver {
 
  private:
   Real* real_row(AlignedArray<Real>& plane, int k) {
-    return plane.data() + transform_.real_pitch() * static_cast<std::size_t>(k);
+    return plane.data() + transform_->real_pitch() * static_cast<std::size_t>(k);
   }
   /// Place of a spectral row among the modes.
   std::size_t at(int j, int row) const {
-    return (static_cast<std::size_t>(j) * static_cast<std::size_t>(transform_.rows()) +
+    return (static_cast<std::size_t>(j) * static_cast<std::size_t>(transform_->rows()) +
             static_cast<std::size_t>(row)) *
-           transform_.pitch();
+           transform_->pitch();
   }
   template <int parts>
   void eliminate_rows(int j);
   template <int parts>
   void substitute_rows(int j);
 
-  PlaneTransform<Real> transform_;
+  int nz() const { return transform_->nz(); }
+
+  std::unique_ptr<PlaneTransform<Real>> transform_;
   ReducedSystem<Real> reduced_;
   int planes_;
   bool coupled_below_, coupled_above_;

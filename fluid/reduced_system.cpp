@@ -9,9 +9,9 @@ namespace bedload {
 template <class Real>
 ReducedSystem<Real>::ReducedSystem(const Grid& grid, const Decomposition& decomposition,
                                    std::span<const double> eigenvalue, int parts)
-    : comm_(decomposition.comm()),
-      rank_(decomposition.rank()),
-      ranks_(decomposition.ranks()),
+    : comm_(decomposition.y_comm()),
+      rank_(decomposition.y_part()),
+      ranks_(decomposition.y_parts()),
       cyclic_(grid.periodic(1)),
       modes_(eigenvalue.size()),
       parts_(static_cast<std::size_t>(parts)) {
@@ -24,7 +24,7 @@ ReducedSystem<Real>::ReducedSystem(const Grid& grid, const Decomposition& decomp
   count_messages();
   for (std::size_t m = 0; m < own; ++m) {
     const std::size_t mode = share_begin(rank_) + m;
-    const bool mean = mode == 0;
+    const bool mean = eigenvalue[mode] == 0.0;
     for (int r = 0; r < ranks_; ++r) {
       const SlabEnds ends{.wall_below = !cyclic_ && r == 0,
                           .wall_above = !cyclic_ && r == ranks_ - 1};

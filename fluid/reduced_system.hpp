@@ -25,8 +25,8 @@ namespace bedload {
 template <class Real>
 class ReducedSystem {
  public:
-  /// `eigenvalue` (one per mode, negative or zero) as in eliminate_slab; mode 0 is the mean mode. A
-  /// mode has `parts` values: 2, real and imaginary, or 1.
+  /// `eigenvalue` (one per mode, negative or zero) as in eliminate_slab; the mode with eigenvalue 0
+  /// is the mean mode. A mode has `parts` values: 2, real and imaginary, or 1.
   ReducedSystem(const Grid& grid, const Decomposition& decomposition,
                 std::span<const double> eigenvalue, int parts);
 

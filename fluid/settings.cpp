@@ -130,6 +130,8 @@ void declare_keys(Settings& s, Visitor& key) {
   key.number("spheres.pressure_share", s.spheres.pressure_share, "-", Range{0.0, 1.0},
              Need::optional,
              "Share of each stage's pressure correction that the old pressure takes over.");
+  key.integer("ranks.along_z", s.ranks.along_z, "-", Range{0, 1 << 20},
+              "Blocks side by side along z, a divisor of the fluid ranks; 0: chosen by cost.");
   key.word("accuracy.precision", s.accuracy.precision, precision_words,
            "Storage precision of the fields.");
   key.number("output.fields_every", s.output.fields_every, "T", not_negative, Need::optional,

@@ -76,6 +76,9 @@ struct Settings {
     double retraction = -1.0;
     double pressure_share = 0.25;
   } spheres;
+  struct Ranks {
+    int along_z = 0;
+  } ranks;
   struct Accuracy {
     std::string precision = "double";
   } accuracy;

@@ -144,7 +144,7 @@ void write_start_field(Field<Real>& velocity, const Settings& settings, const Gr
   const std::vector<Mode> modes =
       with_modes ? disturbance_modes(settings, grid) : std::vector<Mode>{};
   const double bottom = settings.start.height, depth = grid.length[1] - bottom;
-  const int nx = grid.cells[0], nz = grid.cells[2];
+  const int nx = grid.cells[0];
   std::vector<WaveTable> at_centres, at_faces;
   for (const Mode& m : modes) {
     at_centres.emplace_back(m.kx, grid.centre(0), grid.h, nx);
@@ -156,7 +156,8 @@ void write_start_field(Field<Real>& velocity, const Settings& settings, const Gr
     const double y = grid.centre(slabs.first() + j), y_face = grid.face(slabs.first() + j);
     const double at_centre = pi * std::clamp((y - bottom) / depth, 0.0, 1.0);
     const double at_face = pi * std::clamp((y_face - bottom) / depth, 0.0, 1.0);
-    for (int k = 0; k < nz; ++k) {
+    for (int k = 0; k < slabs.rows(); ++k) {
+      const double z = grid.centre(slabs.first_row() + k), z_up = grid.face(slabs.first_row() + k);
       std::fill(u.begin(), u.end(), profile(y));
       std::fill(v.begin(), v.end(), 0.0);
       std::fill(w.begin(), w.end(), 0.0);
@@ -166,8 +167,8 @@ void write_start_field(Field<Real>& velocity, const Settings& settings, const Gr
                              (std::cos(at_centre) * std::sin(m.order * at_centre) +
                               m.order * std::sin(at_centre) * std::cos(m.order * at_centre));
         const double value = std::sin(at_face) * std::sin(m.order * at_face);
-        const double z_centre = m.kz * grid.centre(k) + m.phase;
-        const double z_face = m.kz * grid.face(k) + m.phase;
+        const double z_centre = m.kz * z + m.phase;
+        const double z_face = m.kz * z_up + m.phase;
         at_faces[n].add_cosine(m.a_z * slope, z_centre, u);
         at_centres[n].add_sine((m.a_z * m.kx - m.a_x * m.kz) * value, z_centre, v);
         at_centres[n].add_cosine(-m.a_x * slope, z_face, w);

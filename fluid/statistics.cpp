@@ -114,7 +114,7 @@ void Statistics<Real>::sample(const FlowView<Real>& flow, std::span<const Sphere
 template <class Real>
 void Statistics<Real>::add_plane(const FlowView<Real>& flow, std::span<const SphereState> spheres,
                                  int j, double duration) {
-  const int nx = grid_.cells[0], nz = grid_.cells[2], global = slabs_.first() + j;
+  const int nx = grid_.cells[0], nz = slabs_.rows(), global = slabs_.first() + j;
   const double y = grid_.centre(global), y_face = grid_.face(global);
   // One place of the cell: its height and offsets, its count, the quantities behind the count.
   const auto add = [&]<std::size_t N>(double height, double offset_x, double offset_z,
@@ -125,7 +125,8 @@ void Statistics<Real>::add_plane(const FlowView<Real>& flow, std::span<const Sph
     std::array<double, N> sum{};
     double points = 0.0;
     for (int k = 0; k < nz; ++k)
-      points += add_row<N>(nx, cut ? solid_.weights(k) : nullptr, sum, value_of_row(k));
+      points += add_row<N>(nx, cut ? solid_.weights(slabs_.first_row() + k) : nullptr, sum,
+                           value_of_row(k));
     *at(count, global) += duration * points;
     for (std::size_t n = 0; n < N; ++n) *at(where[n], global) += duration * sum[n];
     return cut ? std::nullopt : std::optional(sum[0]);
@@ -173,7 +174,7 @@ void Statistics<Real>::add_plane(const FlowView<Real>& flow, std::span<const Sph
 template <class Real>
 void Statistics<Real>::add_walls(const FlowView<Real>& flow, double duration) {
   const auto add = [&](std::size_t end, int inner, int ghost) {
-    for (int k = 0; k < grid_.cells[2]; ++k) {
+    for (int k = 0; k < slabs_.rows(); ++k) {
       const Real *q = flow.velocity.row(inner, k, 0), *beyond = flow.velocity.row(ghost, k, 0);
       std::array<double, 1> sum{};
       add_row<1>(grid_.cells[0], nullptr, sum,
@@ -196,10 +197,10 @@ void Statistics<Real>::add_spectra(const FlowView<Real>& flow, double duration) 
     for (int c = 0; c < 3; ++c) {
       std::fill(plane.begin(), plane.end(), 0.0);
       const int global = spectrum_planes_[height];
-      if (slabs_.holds(global))
-        for (std::size_t k = 0; k < nz; ++k)
-          std::copy_n(flow.velocity.row(global - slabs_.first(), static_cast<int>(k), c), nx,
-                      plane.begin() + static_cast<std::ptrdiff_t>(k * nx));
+      if (slabs_.holds_plane(global))
+        for (int k = 0; k < slabs_.rows(); ++k)
+          std::copy_n(flow.velocity.row(global - slabs_.first(), k, c), nx,
+                      plane.data() + static_cast<std::size_t>(slabs_.first_row() + k) * nx);
       const int root = static_cast<int>(height * 3 + static_cast<std::size_t>(c)) % slabs_.ranks();
       const bool mine = slabs_.rank() == root;
       MPI_Reduce(mine ? MPI_IN_PLACE : plane.data(), plane.data(), static_cast<int>(plane.size()),

@@ -14,15 +14,16 @@ namespace bedload {
 /// right one. A component in the plane of a wall has the wall's velocity as the mean of both sides
 /// (no slip) or equal values (free slip); the component normal to it is zero on the wall's face and
 /// odd about it. Periodic neighbours are copied along x; along z the field's row table does that
-/// already, and along y the exchange of planes.
+/// already, or the exchange of rows, and along y the exchange of planes.
 ///
 /// The face of a lower wall is "cell" -1 of the normal component, that of an upper wall is the last
-/// cell. First rows (x), then planes (z), then the slab (y): corners follow from what was filled
+/// cell. First rows (x), then planes (z), then the block (y): corners follow from what was filled
 /// before.
 template <class Real>
 class WallGhosts {
  public:
-  explicit WallGhosts(const Grid& grid) : grid_(grid) {
+  /// `blocks` tells which walls this rank's block lies at; both must outlive this object.
+  WallGhosts(const Grid& grid, const Decomposition& blocks) : grid_(grid), blocks_(blocks) {
     for (std::size_t d = 0; d < 3; ++d)
       for (std::size_t end = 0; end < 2; ++end)
         for (std::size_t c = 0; c < 3; ++c)
@@ -47,28 +48,30 @@ class WallGhosts {
 
   /// Rows of plane j beyond z walls.
   void close_plane(Field<Real>& velocity, int j) const {
-    if (grid_.periodic(2)) return;
-    const int nz = grid_.cells[2];
-    for (const int c : {0, 1}) {
-      reflect(mirror(2, 0, c), velocity.row(j, 0, c), velocity.row(j, -1, c));
-      reflect(mirror(2, 1, c), velocity.row(j, nz - 1, c), velocity.row(j, nz, c));
+    const int nz = velocity.nz();
+    if (blocks_.at_back_wall()) {
+      for (const int c : {0, 1})
+        reflect(mirror(2, 0, c), velocity.row(j, 0, c), velocity.row(j, -1, c));
+      clear(velocity.row(j, -1, 2));
     }
-    clear(velocity.row(j, -1, 2));
-    clear(velocity.row(j, nz - 1, 2));
-    reflect(odd, velocity.row(j, nz - 2, 2), velocity.row(j, nz, 2));
+    if (blocks_.at_front_wall()) {
+      for (const int c : {0, 1})
+        reflect(mirror(2, 1, c), velocity.row(j, nz - 1, c), velocity.row(j, nz, c));
+      clear(velocity.row(j, nz - 1, 2));
+      reflect(odd, velocity.row(j, nz - 2, 2), velocity.row(j, nz, 2));
+    }
   }
 
   /// Planes beyond y walls, for the ranks beside them.
-  void close_slab(Field<Real>& velocity, const Decomposition& slabs) const {
-    const int first = grid_.periodic(2) ? 0 : -1, end = grid_.cells[2] - first;
-    const int top = slabs.planes() - 1;
-    for (int k = first; k < end; ++k) {
-      if (slabs.at_lower_wall()) {
+  void close_block(Field<Real>& velocity) const {
+    const int top = velocity.planes() - 1;
+    for (int k = -1; k <= velocity.nz(); ++k) {
+      if (blocks_.at_lower_wall()) {
         for (const int c : {0, 2})
           reflect(mirror(1, 0, c), velocity.row(0, k, c), velocity.row(-1, k, c));
         clear(velocity.row(-1, k, 1));
       }
-      if (slabs.at_upper_wall()) {
+      if (blocks_.at_upper_wall()) {
         for (const int c : {0, 2})
           reflect(mirror(1, 1, c), velocity.row(top, k, c), velocity.row(top + 1, k, c));
         clear(velocity.row(top, k, 1));
@@ -79,15 +82,14 @@ class WallGhosts {
 
   /// Ghosts of plane j of a quantity without gradient at walls (the pressure).
   void close_scalar(Field<Real>& scalar, int j) const {
-    const int nx = grid_.cells[0], nz = grid_.cells[2];
-    for (int k = 0; k < nz; ++k) {
+    const int nx = grid_.cells[0], nz = scalar.nz();
+    for (int k = 0; k <= nz; ++k) {
       Real* row = scalar.row(j, k);
       row[-1] = grid_.periodic(0) ? row[nx - 1] : row[0];
       row[nx] = grid_.periodic(0) ? row[0] : row[nx - 1];
     }
-    if (grid_.periodic(2)) return;
-    reflect(even, scalar.row(j, 0), scalar.row(j, -1));
-    reflect(even, scalar.row(j, nz - 1), scalar.row(j, nz));
+    if (blocks_.at_back_wall()) reflect(even, scalar.row(j, 0), scalar.row(j, -1));
+    if (blocks_.at_front_wall()) reflect(even, scalar.row(j, nz - 1), scalar.row(j, nz));
   }
 
  private:
@@ -108,6 +110,7 @@ class WallGhosts {
   void clear(Real* row) const { std::fill_n(row - 1, grid_.cells[0] + 2, Real(0)); }
 
   const Grid& grid_;
+  const Decomposition& blocks_;
   std::array<std::array<std::array<Mirror, 3>, 2>, 3> mirror_{};
 };
 

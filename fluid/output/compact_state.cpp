@@ -41,7 +41,7 @@ std::vector<double> coarsened(const StateReader& state, int c, int m, const Shar
   const double weight = 1.0 / (m * m);
   for (int j = share.first * m; j < (share.first + share.planes) * m; ++j) {
     if (!counts(1, j)) continue;
-    state.read_planes(c, j, 1, fine.data());
+    state.read_rows(c, j, 0, nz, fine.data());
     for (int k = 0; k < nz; ++k) {
       if (!counts(2, k)) continue;
       const double* row = fine.data() + static_cast<std::ptrdiff_t>(nx) * k;

@@ -27,15 +27,15 @@ std::vector<double> faces(int cells, double h) {
 Hyperslab slab_of(const Grid& grid, const Decomposition& slabs) {
   const auto size = [](int n) { return static_cast<std::uint64_t>(n); };
   return {{size(grid.cells[2]), size(grid.cells[1]), size(grid.cells[0])},
-          {0, size(slabs.first()), 0},
-          {size(grid.cells[2]), size(slabs.planes()), size(grid.cells[0])}};
+          {size(slabs.first_row()), size(slabs.first()), 0},
+          {size(slabs.rows()), size(slabs.planes()), size(grid.cells[0])}};
 }
 
 /// Component c of the velocity at the centres of this rank's cells, order (k, j, i):
 ///   u(i, j, k) = (u_{i-1/2} + u_{i+1/2}) / 2, and v and w alike.
 template <class Real>
 std::vector<float> centred_velocity(const FlowView<Real>& flow, int c) {
-  const int nx = flow.grid.cells[0], nz = flow.grid.cells[2], planes = flow.slabs.planes();
+  const int nx = flow.grid.cells[0], nz = flow.slabs.rows(), planes = flow.slabs.planes();
   std::vector<float> centred;
   centred.reserve(static_cast<std::size_t>(nx) * static_cast<std::size_t>(nz) *
                   static_cast<std::size_t>(planes));
@@ -54,7 +54,7 @@ std::vector<float> centred_velocity(const FlowView<Real>& flow, int c) {
 template <class Real>
 std::vector<float> centred_pressure(const FlowView<Real>& flow) {
   std::vector<float> values;
-  for (int k = 0; k < flow.grid.cells[2]; ++k)
+  for (int k = 0; k < flow.slabs.rows(); ++k)
     for (int j = 0; j < flow.slabs.planes(); ++j) {
       const Real* row = flow.pressure.row(j, k);
       for (int i = 0; i < flow.grid.cells[0]; ++i) values.push_back(static_cast<float>(row[i]));

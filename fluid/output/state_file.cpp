@@ -20,8 +20,8 @@ Hyperslab slab_of(const FlowView<Real>& flow) {
   const auto size = [](int n) { return static_cast<std::uint64_t>(n); };
   const auto& cells = flow.grid.cells;
   return {{size(cells[1]), size(cells[2]), size(cells[0])},
-          {size(flow.slabs.first()), 0, 0},
-          {size(flow.slabs.planes()), size(cells[2]), size(cells[0])}};
+          {size(flow.slabs.first()), size(flow.slabs.first_row()), 0},
+          {size(flow.slabs.planes()), size(flow.slabs.rows()), size(cells[0])}};
 }
 
 /// The rows of one component without their ghosts, order (j, k, i).
@@ -79,7 +79,7 @@ double from_walls(const LinearStencil& stencil, const Grid& grid, int c, int d) 
          stencil.wall_weight[1] * velocity[1][static_cast<std::size_t>(c)];
 }
 
-/// Interpolates one component onto this rank's planes: first between two stored planes, then
+/// Interpolates one component onto this rank's cells: first between two stored planes, then
 /// within the plane.
 template <class Real>
 void interpolate(const StateReader& state, const Grid& grid, const Decomposition& slabs, int c,
@@ -88,13 +88,13 @@ void interpolate(const StateReader& state, const Grid& grid, const Decomposition
   const auto nx = static_cast<std::size_t>(cells[0]), nz = static_cast<std::size_t>(cells[2]);
   const auto along_x = stencils(grid, cells, c, 0, 0, grid.cells[0]);
   const auto along_y = stencils(grid, cells, c, 1, slabs.first(), slabs.planes());
-  const auto along_z = stencils(grid, cells, c, 2, 0, grid.cells[2]);
+  const auto along_z = stencils(grid, cells, c, 2, slabs.first_row(), slabs.rows());
   std::map<int, std::vector<double>> stored;  // planes in use, two at a time
   const auto plane = [&](int j) -> const std::vector<double>& {
     const auto [entry, is_new] = stored.try_emplace(j);
     if (is_new) {
       entry->second.resize(nx * nz);
-      state.read_planes(c, j, 1, entry->second.data());
+      state.read_rows(c, j, 0, cells[2], entry->second.data());
     }
     return entry->second;
   };
@@ -108,7 +108,7 @@ void interpolate(const StateReader& state, const Grid& grid, const Decomposition
     const double y_wall = from_walls(y, grid, c, 1);
     for (std::size_t n = 0; n < blended.size(); ++n)
       blended[n] = y.lower_weight * lower[n] + y.upper_weight * upper[n] + y_wall;
-    for (int k = 0; k < grid.cells[2]; ++k) {
+    for (int k = 0; k < slabs.rows(); ++k) {
       const LinearStencil& z = along_z[static_cast<std::size_t>(k)];
       const double z_wall = from_walls(z, grid, c, 2);
       const double* near = blended.data() + nx * static_cast<std::size_t>(z.lower);
@@ -134,7 +134,7 @@ void copy(const StateReader& state, const Decomposition& slabs, int c, Field<Rea
   const auto nx = static_cast<std::size_t>(velocity.nx());
   std::vector<Real> values(nx * static_cast<std::size_t>(velocity.nz()));
   for (int j = 0; j < slabs.planes(); ++j) {
-    state.read_planes(c, slabs.first() + j, 1, values.data());
+    state.read_rows(c, slabs.first() + j, slabs.first_row(), slabs.rows(), values.data());
     for (int k = 0; k < velocity.nz(); ++k)
       std::copy_n(values.data() + nx * static_cast<std::size_t>(k), nx,
                   row_of(velocity, pressure, c, j, k));

@@ -136,20 +136,20 @@ StateReader::StateReader(const std::string& path, MPI_Comm comm) {
 }
 
 template <class Real>
-void StateReader::read_planes(int c, int first, int count, Real* values) const {
+void StateReader::read_rows(int c, int plane, int first, int count, Real* values) const {
   const auto size = [](int n) { return static_cast<std::uint64_t>(n); };
   const auto& cells = header_.cells;
   const auto component = static_cast<std::size_t>(c);
   const Hyperslab block{{size(cells[1]), size(cells[2]), size(cells[0])},
-                        {size(first), 0, 0},
-                        {size(count), size(cells[2]), size(cells[0])}};
+                        {size(plane), size(first), 0},
+                        {1, size(count), size(cells[0])}};
   file_->read(state_datasets[component], block, values);
   if (scale_[component] != 1.0)
     for (std::uint64_t n = 0; n < block.size(); ++n)
       values[n] = static_cast<Real>(scale_[component] * static_cast<double>(values[n]));
 }
-template void StateReader::read_planes(int, int, int, float*) const;
-template void StateReader::read_planes(int, int, int, double*) const;
+template void StateReader::read_rows(int, int, int, int, float*) const;
+template void StateReader::read_rows(int, int, int, int, double*) const;
 
 StateExtras StateReader::extras() const {
   StateExtras extras;

@@ -53,10 +53,10 @@ class StateReader {
   const StateHeader& header() const { return header_; }
   /// Whether component c (u, v, w, p) is stored; a compact state has no pressure.
   bool has(int c) const { return file_->has(state_datasets[static_cast<std::size_t>(c)]); }
-  /// Planes first .. first + count - 1 of component c, order (j, k, i), in the units of the scene.
-  /// Each rank for itself; throws on that rank alone.
+  /// Rows first .. first + count - 1 of one plane of component c, order (k, i), in the units of the
+  /// scene. Each rank for itself; throws on that rank alone.
   template <class Real>
-  void read_planes(int c, int first, int count, Real* values) const;
+  void read_rows(int c, int plane, int first, int count, Real* values) const;
   StateExtras extras() const;
 
  private:

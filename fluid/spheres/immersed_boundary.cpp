@@ -59,7 +59,7 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       most_loops_(settings.spheres.forcing_loops),
       halo_(grid_, slabs),
       mobile_halo_(grid_, slabs),
-      scratch_(grid_, 1, 3) {}
+      scratch_(grid_, {1, slabs.rows()}, 3) {}
 
 /// Index of the layout for a radius, made when it is the first of its size.
 template <class Real>
@@ -138,7 +138,7 @@ void ImmersedBoundary<Real>::fit_scratch() {
   for (const SphereState& sphere : fixed_) reach(sphere);
   for (const Mobile& sphere : mobile_) reach(sphere.state);
   planes = std::min(planes, slabs_.planes());
-  if (planes > scratch_.planes()) scratch_ = Field<Real>(grid_, planes, 3);
+  if (planes > scratch_.planes()) scratch_ = Field<Real>(grid_, {planes, slabs_.rows()}, 3);
 }
 
 template <class Real>

@@ -86,7 +86,7 @@ inline void add_row(InteriorSums& sums, const RowSums& row, double y, double z, 
   }
 }
 
-/// The sums of one component inside a sphere, over this rank's planes.
+/// The sums of one component inside a sphere, over this rank's cells.
 template <class Real>
 InteriorSums interior_sums(const Field<Real>& velocity, const Grid& grid,
                            const Decomposition& slabs, int component, const Vec3& centre,
@@ -120,18 +120,20 @@ InteriorSums interior_sums(const Field<Real>& velocity, const Grid& grid,
   const auto [first_plane, last_plane] = cells_within(1, radius);
   for (int j = first_plane; j <= last_plane; ++j) {
     const int plane = wrapped(1, j);
-    if (!slabs.holds(plane)) continue;
+    if (!slabs.holds_plane(plane)) continue;
     const double y = distance(1, j), edge_y = near_edge(y);
     const double disc = radius * radius - edge_y * edge_y;
     const auto [first_row, last_row] = cells_within(2, std::sqrt(std::max(disc, 0.0)));
     for (int k = first_row; k <= last_row; ++k) {
       const double z = distance(2, k), edge_z = near_edge(z);
-      if (edge_z * edge_z >= disc) continue;
+      const int row_here = wrapped(2, k);
+      if (edge_z * edge_z >= disc || !slabs.holds_row(row_here)) continue;
       const auto [first, last] = cells_within(0, std::sqrt(disc - edge_z * edge_z));
       if (last < first) continue;
       const std::vector<double>& alpha =
           share.row(radius, h, distance(0, first), y, z, last - first + 1);
-      const Real* row = velocity.row(plane - slabs.first(), wrapped(2, k), component);
+      const Real* row =
+          velocity.row(plane - slabs.first(), row_here - slabs.first_row(), component);
       RowSums along;
       int i = wrapped(0, first);
       double x = distance(0, first);

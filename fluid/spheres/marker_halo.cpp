@@ -23,7 +23,8 @@ std::array<double, 3> images(double centre, double length, bool periodic) {
   return {centre, periodic ? centre - length : centre, periodic ? centre + length : centre};
 }
 
-constexpr int upwards = 11, downwards = 12;  // message tags
+/// Message tags: with two parts along a periodic direction the neighbours are one rank.
+constexpr int towards_lower = 11, towards_higher = 12;
 
 }  // namespace
 
@@ -32,26 +33,28 @@ MarkerHalo::MarkerHalo(const Grid& grid, const Decomposition& slabs) : grid_(gri
 }
 
 void MarkerHalo::forget() {
-  const auto nz = static_cast<std::size_t>(grid_.cells[2]);
-  const auto planes = static_cast<std::size_t>(slabs_.planes());
-  marked_.below.assign(nz, 0);
-  marked_.above.assign(nz, 0);
-  marked_.seam.assign((planes + 2) * nz, 0);
+  const auto rows = static_cast<std::size_t>(slabs_.rows()) + 2;
+  const auto planes = static_cast<std::size_t>(slabs_.planes()) + 2;
+  for (std::vector<char>* across_y : {&marked_.below, &marked_.above}) across_y->assign(rows, 0);
+  for (std::vector<char>* across_z : {&marked_.back, &marked_.front}) across_z->assign(planes, 0);
+  marked_.seam.assign(planes * rows, 0);
   kept_ = marked_;
 }
 
+/// Marks those of this block's rows, ghost rows included, that lie within reach of z +- half_width.
 void MarkerHalo::mark_rows(std::vector<char>& rows, std::size_t first, double z,
                            double half_width) const {
-  const int nz = grid_.cells[2];
-  const double h = grid_.h;
-  const int lowest = static_cast<int>(std::floor((z - half_width) / h - reach));
-  const int highest = static_cast<int>(std::floor((z + half_width) / h + reach));
-  for (int k = lowest; k <= std::min(highest, lowest + nz - 1); ++k) {
-    if (grid_.periodic(2))
-      rows[first + static_cast<std::size_t>(((k % nz) + nz) % nz)] = 1;
-    else if (k >= 0 && k < nz)
-      rows[first + static_cast<std::size_t>(k)] = 1;
-  }
+  const double middle = z / grid_.h - slabs_.first_row(), width = half_width / grid_.h + reach;
+  const int lowest = std::max(-1, static_cast<int>(std::floor(middle - width)));
+  const int highest = std::min(slabs_.rows(), static_cast<int>(std::floor(middle + width)));
+  for (int k = lowest; k <= highest; ++k) rows[first + static_cast<std::size_t>(k + 1)] = 1;
+}
+
+void MarkerHalo::mark_planes(std::vector<char>& planes, double y, double half_width) const {
+  const double middle = y / grid_.h - slabs_.first(), width = half_width / grid_.h + reach;
+  const int lowest = std::max(-1, static_cast<int>(std::floor(middle - width)));
+  const int highest = std::min(slabs_.planes(), static_cast<int>(std::floor(middle + width)));
+  for (int j = lowest; j <= highest; ++j) planes[static_cast<std::size_t>(j + 1)] = 1;
 }
 
 void MarkerHalo::mark(const Vec3& centre, double radius) {
@@ -60,99 +63,173 @@ void MarkerHalo::mark(const Vec3& centre, double radius) {
     return half_chord(size, std::max(std::abs(distance) - reach * h, 0.0));
   };
   const std::array<double, 3> ys = images(centre.y(), grid_.length[1], grid_.periodic(1));
-  // The same arithmetic on both sides of an interface, the one that closes periodic y included: the
-  // neighbours must mark the same rows.
-  const int behind = slabs_.first() + slabs_.planes();
-  const int upper_face = grid_.periodic(1) ? behind % grid_.cells[1] : behind;
-  for (const double y : ys) {
-    const double lower = cut(radius, y - slabs_.first() * h);
-    if (lower >= 0.0) mark_rows(marked_.below, 0, centre.z(), lower);
-    const double upper = cut(radius, y - upper_face * h);
-    if (upper >= 0.0) mark_rows(marked_.above, 0, centre.z(), upper);
-  }
+  const std::array<double, 3> zs = images(centre.z(), grid_.length[2], grid_.periodic(2));
+  // The same arithmetic on both sides of an interface, the one that closes a periodic direction
+  // included: the neighbours must mark the same rows.
+  const auto upper_end = [&](int direction, int end) {
+    const int cells = grid_.cells[static_cast<std::size_t>(direction)];
+    return grid_.periodic(direction) ? end % cells : end;
+  };
+  const int top = upper_end(1, slabs_.first() + slabs_.planes());
+  const int front = upper_end(2, slabs_.first_row() + slabs_.rows());
+  for (const double y : ys)
+    for (const double z : zs) {
+      const double below = cut(radius, y - slabs_.first() * h);
+      if (below >= 0.0) mark_rows(marked_.below, 0, z, below);
+      const double above = cut(radius, y - top * h);
+      if (above >= 0.0) mark_rows(marked_.above, 0, z, above);
+      const double behind = cut(radius, z - slabs_.first_row() * h);
+      if (behind >= 0.0) mark_planes(marked_.back, y, behind);
+      const double ahead = cut(radius, z - front * h);
+      if (ahead >= 0.0) mark_planes(marked_.front, y, ahead);
+    }
 
   if (!grid_.periodic(0)) return;
   const double seam = std::min(centre.x(), grid_.length[0] - centre.x());
   const double disc = cut(radius, seam);
   if (disc < 0.0) return;
-  const auto nz = static_cast<std::size_t>(grid_.cells[2]);
+  const auto rows = static_cast<std::size_t>(slabs_.rows()) + 2;
   for (const double y : ys)
     for (int j = -1; j <= slabs_.planes(); ++j) {
       const double chord = cut(disc, y - grid_.centre(slabs_.first() + j));
-      if (chord >= 0.0)
-        mark_rows(marked_.seam, static_cast<std::size_t>(j + 1) * nz, centre.z(), chord);
+      if (chord < 0.0) continue;
+      for (const double z : zs)
+        mark_rows(marked_.seam, static_cast<std::size_t>(j + 1) * rows, z, chord);
     }
 }
 
 void MarkerHalo::finish() {
-  const int nz = grid_.cells[2];
-  below_.clear();
-  above_.clear();
+  const int nz = slabs_.rows(), planes = slabs_.planes();
+  const auto marked = [](const std::vector<char>& flags, int n) {
+    return flags[static_cast<std::size_t>(n + 1)] != 0;
+  };
+  for (std::vector<int>* list : {&below_, &above_, &back_, &front_}) list->clear();
   seam_.clear();
   for (int k = 0; k < nz; ++k) {
-    if (!slabs_.at_lower_wall() && marked_.below[static_cast<std::size_t>(k)]) below_.push_back(k);
-    if (!slabs_.at_upper_wall() && marked_.above[static_cast<std::size_t>(k)]) above_.push_back(k);
+    if (!slabs_.at_lower_wall() && marked(marked_.below, k)) below_.push_back(k);
+    if (!slabs_.at_upper_wall() && marked(marked_.above, k)) above_.push_back(k);
   }
   const int lowest = slabs_.at_lower_wall() ? 0 : -1;
-  const int highest = slabs_.at_upper_wall() ? slabs_.planes() - 1 : slabs_.planes();
-  for (int j = lowest; j <= highest; ++j)
-    for (int k = 0; k < nz; ++k)
-      if (marked_.seam[static_cast<std::size_t>(j + 1) * static_cast<std::size_t>(nz) +
-                       static_cast<std::size_t>(k)])
+  const int highest = slabs_.at_upper_wall() ? planes - 1 : planes;
+  // Undivided periodic z has no ghost rows of its own.
+  const bool has_back = slabs_.divides_rows() && !slabs_.at_back_wall();
+  const bool has_front = slabs_.divides_rows() && !slabs_.at_front_wall();
+  for (int j = lowest; j <= highest; ++j) {
+    if (has_back && marked(marked_.back, j)) back_.push_back(j);
+    if (has_front && marked(marked_.front, j)) front_.push_back(j);
+    for (int k = has_back ? -1 : 0; k < nz + (has_front ? 1 : 0); ++k)
+      if (marked_.seam[static_cast<std::size_t>(j + 1) * static_cast<std::size_t>(nz + 2) +
+                       static_cast<std::size_t>(k + 1)])
         seam_.emplace_back(j, k);
+  }
 }
 
 namespace {
 
-/// One z row with all its components and their x ghosts, contiguous in memory.
-template <class Real>
-std::size_t row_block(const Field<Real>& field) {
-  return field.component_stride() * static_cast<std::size_t>(field.components());
+/// Rows (j, k) of a field that are sent, received or emptied together.
+using Place = std::pair<int, int>;
+
+std::vector<Place> on_plane(int j, const std::vector<int>& rows) {
+  std::vector<Place> places;
+  for (const int k : rows) places.emplace_back(j, k);
+  return places;
+}
+
+std::vector<Place> in_row(int k, const std::vector<int>& planes) {
+  std::vector<Place> places;
+  for (const int j : planes) places.emplace_back(j, k);
+  return places;
 }
 
 template <class Real>
-std::vector<Real> packed(const Field<Real>& field, int j, const std::vector<int>& rows) {
-  const std::size_t block = row_block(field);
-  std::vector<Real> message(rows.size() * block);
-  for (std::size_t n = 0; n < rows.size(); ++n)
-    std::copy_n(field.row(j, rows[n]) - 1, block, message.data() + n * block);
+void empty(Field<Real>& field, const std::vector<Place>& places) {
+  for (const auto& [j, k] : places) std::fill_n(field.row_block(j, k), field.row_size(), Real{});
+}
+
+template <class Real>
+std::vector<Real> packed(const Field<Real>& field, const std::vector<Place>& places) {
+  const std::size_t block = field.row_size();
+  std::vector<Real> message(places.size() * block);
+  for (std::size_t n = 0; n < places.size(); ++n)
+    std::copy_n(field.row_block(places[n].first, places[n].second), block,
+                message.data() + n * block);
   return message;
 }
 
-/// Sends the rows `down` to the slab below and `up` to the one above; returns what they send, first
-/// from below, then from above.
 template <class Real>
-std::array<std::vector<Real>, 2> swap_rows(const Decomposition& slabs,
-                                           const std::vector<Real>& down,
-                                           const std::vector<Real>& up) {
-  std::array<std::vector<Real>, 2> received{std::vector<Real>(down.size()),
-                                            std::vector<Real>(up.size())};
+void store(Field<Real>& field, const std::vector<Place>& places, const std::vector<Real>& message) {
+  const std::size_t block = field.row_size();
+  for (std::size_t n = 0; n < places.size(); ++n)
+    std::copy_n(message.data() + n * block, block,
+                field.row_block(places[n].first, places[n].second));
+}
+
+template <class Real>
+void add(Field<Real>& field, const std::vector<Place>& places, const std::vector<Real>& message) {
+  const std::size_t block = field.row_size(), stride = field.component_stride();
+  for (std::size_t n = 0; n < places.size(); ++n)
+    for (int c = 0; c < field.components(); ++c) {
+      Real* row = field.row(places[n].first, places[n].second, c);
+      const Real* gain = message.data() + n * block + static_cast<std::size_t>(c) * stride + 1;
+      for (int i = 0; i < field.nx(); ++i) row[i] += gain[i];
+    }
+}
+
+/// Sends two messages to the neighbours `lower` and `higher` of a direction; returns what they
+/// send, of the same lengths, in this order.
+template <class Real>
+std::array<std::vector<Real>, 2> swap(MPI_Comm comm, int lower, int higher,
+                                      const std::vector<Real>& to_lower,
+                                      const std::vector<Real>& to_higher) {
+  std::array<std::vector<Real>, 2> received{std::vector<Real>(to_lower.size()),
+                                            std::vector<Real>(to_higher.size())};
   const MPI_Datatype type = mpi_type<Real>();
   const auto length = [](const std::vector<Real>& v) { return static_cast<int>(v.size()); };
   std::array<MPI_Request, 4> requests;
   requests.fill(MPI_REQUEST_NULL);
-  if (!down.empty()) {
-    MPI_Irecv(received[0].data(), length(down), type, slabs.below(), upwards, slabs.comm(),
+  if (!to_lower.empty()) {
+    MPI_Irecv(received[0].data(), length(to_lower), type, lower, towards_higher, comm,
               &requests[0]);
-    MPI_Isend(down.data(), length(down), type, slabs.below(), downwards, slabs.comm(),
-              &requests[1]);
+    MPI_Isend(to_lower.data(), length(to_lower), type, lower, towards_lower, comm, &requests[1]);
   }
-  if (!up.empty()) {
-    MPI_Irecv(received[1].data(), length(up), type, slabs.above(), downwards, slabs.comm(),
+  if (!to_higher.empty()) {
+    MPI_Irecv(received[1].data(), length(to_higher), type, higher, towards_lower, comm,
               &requests[2]);
-    MPI_Isend(up.data(), length(up), type, slabs.above(), upwards, slabs.comm(), &requests[3]);
+    MPI_Isend(to_higher.data(), length(to_higher), type, higher, towards_higher, comm,
+              &requests[3]);
   }
   MPI_Waitall(4, requests.data(), MPI_STATUSES_IGNORE);
   return received;
+}
+
+/// Adds the ghosts `lower_ghosts` and `higher_ghosts` to the neighbours' rows beside them, and
+/// theirs to `lower_rows` and `higher_rows`.
+template <class Real>
+void bring_home(Field<Real>& field, MPI_Comm comm, int lower, int higher,
+                const std::array<std::vector<Place>, 2>& ghosts,
+                const std::array<std::vector<Place>, 2>& rows) {
+  const auto received =
+      swap(comm, lower, higher, packed(field, ghosts[0]), packed(field, ghosts[1]));
+  for (const std::size_t end : {0u, 1u}) add(field, rows[end], received[end]);
+}
+
+/// The reverse: makes the ghosts equal to the neighbours' rows.
+template <class Real>
+void fill_from_rows(Field<Real>& field, MPI_Comm comm, int lower, int higher,
+                    const std::array<std::vector<Place>, 2>& ghosts,
+                    const std::array<std::vector<Place>, 2>& rows) {
+  const auto received = swap(comm, lower, higher, packed(field, rows[0]), packed(field, rows[1]));
+  for (const std::size_t end : {0u, 1u}) store(field, ghosts[end], received[end]);
 }
 
 }  // namespace
 
 template <class Real>
 void MarkerHalo::clear_ghosts(Field<Real>& field) const {
-  const std::size_t block = row_block(field);
-  for (const int k : below_) std::fill_n(field.row(-1, k) - 1, block, Real{});
-  for (const int k : above_) std::fill_n(field.row(field.planes(), k) - 1, block, Real{});
+  empty(field, on_plane(-1, below_));
+  empty(field, on_plane(field.planes(), above_));
+  empty(field, in_row(-1, back_));
+  empty(field, in_row(field.nz(), front_));
   for (const auto& [j, k] : seam_)
     for (int c = 0; c < field.components(); ++c) {
       Real* row = field.row(j, k, c);
@@ -162,22 +239,23 @@ void MarkerHalo::clear_ghosts(Field<Real>& field) const {
 
 template <class Real>
 void MarkerHalo::clear_touched(Field<Real>& field) const {
-  const std::size_t block = row_block(field);
-  const int nx = field.nx(), top = field.planes() - 1;
-  for (const int j : {-1, 0})
-    for (const int k : below_) std::fill_n(field.row(j, k) - 1, block, Real{});
-  for (const int j : {top, top + 1})
-    for (const int k : above_) std::fill_n(field.row(j, k) - 1, block, Real{});
+  const int nx = field.nx();
+  clear_ghosts(field);
+  empty(field, on_plane(0, below_));
+  empty(field, on_plane(field.planes() - 1, above_));
+  empty(field, in_row(0, back_));
+  empty(field, in_row(field.nz() - 1, front_));
   for (const auto& [j, k] : seam_)
     for (int c = 0; c < field.components(); ++c) {
       Real* row = field.row(j, k, c);
-      row[-1] = row[0] = row[nx - 1] = row[nx] = Real{};
+      row[0] = row[nx - 1] = Real{};
     }
 }
 
+// Ghost rows go first, those of ghost planes included: the latter then go on to their own block.
 template <class Real>
 void MarkerHalo::collect(Field<Real>& field) const {
-  const int nx = field.nx(), top = field.planes() - 1;
+  const int nx = field.nx(), top = field.planes() - 1, last = field.nz() - 1;
   for (const auto& [j, k] : seam_)
     for (int c = 0; c < field.components(); ++c) {
       Real* row = field.row(j, k, c);
@@ -185,44 +263,37 @@ void MarkerHalo::collect(Field<Real>& field) const {
       row[0] += row[nx];
       row[-1] = row[nx] = Real{};
     }
-  const auto received =
-      swap_rows(slabs_, packed(field, -1, below_), packed(field, top + 1, above_));
-  const auto add = [&field, nx](int j, const std::vector<int>& rows,
-                                const std::vector<Real>& message) {
-    const std::size_t block = row_block(field), stride = field.component_stride();
-    for (std::size_t n = 0; n < rows.size(); ++n)
-      for (int c = 0; c < field.components(); ++c) {
-        Real* row = field.row(j, rows[n], c);
-        const Real* gain = message.data() + n * block + static_cast<std::size_t>(c) * stride + 1;
-        for (int i = 0; i < nx; ++i) row[i] += gain[i];
-      }
-  };
-  add(0, below_, received[0]);
-  add(top, above_, received[1]);
+  bring_home(field, slabs_.comm(), slabs_.back(), slabs_.front(),
+             {in_row(-1, back_), in_row(last + 1, front_)},
+             {in_row(0, back_), in_row(last, front_)});
+  bring_home(field, slabs_.comm(), slabs_.below(), slabs_.above(),
+             {on_plane(-1, below_), on_plane(top + 1, above_)},
+             {on_plane(0, below_), on_plane(top, above_)});
 }
 
+// The other way round: planes first, then rows with those of the ghost planes.
 template <class Real>
 void MarkerHalo::refresh(Field<Real>& field) const {
-  const int nx = field.nx(), top = field.planes() - 1;
+  const int nx = field.nx(), top = field.planes() - 1, last = field.nz() - 1;
   for (const auto& [j, k] : seam_)
     for (int c = 0; c < field.components(); ++c) {
       Real* row = field.row(j, k, c);
       row[-1] = row[nx - 1];
       row[nx] = row[0];
     }
-  const auto received = swap_rows(slabs_, packed(field, 0, below_), packed(field, top, above_));
-  const std::size_t block = row_block(field);
-  for (std::size_t n = 0; n < below_.size(); ++n)
-    std::copy_n(received[0].data() + n * block, block, field.row(-1, below_[n]) - 1);
-  for (std::size_t n = 0; n < above_.size(); ++n)
-    std::copy_n(received[1].data() + n * block, block, field.row(top + 1, above_[n]) - 1);
+  fill_from_rows(field, slabs_.comm(), slabs_.below(), slabs_.above(),
+                 {on_plane(-1, below_), on_plane(top + 1, above_)},
+                 {on_plane(0, below_), on_plane(top, above_)});
+  fill_from_rows(field, slabs_.comm(), slabs_.back(), slabs_.front(),
+                 {in_row(-1, back_), in_row(last + 1, front_)},
+                 {in_row(0, back_), in_row(last, front_)});
 }
 
 template void MarkerHalo::clear_ghosts(Field<float>&) const;
 template void MarkerHalo::clear_ghosts(Field<double>&) const;
 template void MarkerHalo::clear_touched(Field<float>&) const;
-template void MarkerHalo::collect(Field<float>&) const;
 template void MarkerHalo::clear_touched(Field<double>&) const;
+template void MarkerHalo::collect(Field<float>&) const;
 template void MarkerHalo::collect(Field<double>&) const;
 template void MarkerHalo::refresh(Field<float>&) const;
 template void MarkerHalo::refresh(Field<double>&) const;

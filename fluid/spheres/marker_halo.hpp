@@ -25,8 +25,8 @@ class MarkerHalo {
   /// Empties the ghosts of the marked rows. Markers may then spread.
   template <class Real>
   void clear_ghosts(Field<Real>& field) const;
-  /// Empties all that collect() and refresh() wrote: the marked rows of the ghost planes and of the
-  /// planes next to them, and the ends of the marked rows at the seam.
+  /// Empties all that collect() and refresh() wrote: the marked rows of the ghosts and of the cells
+  /// next to them, and the ends of the marked rows at the seam.
   template <class Real>
   void clear_touched(Field<Real>& field) const;
   /// Adds ghosts of the marked rows to the cells that they stand for. Collective.
@@ -37,16 +37,20 @@ class MarkerHalo {
   void refresh(Field<Real>& field) const;
 
  private:
+  /// Flags of this block's rows; ghost planes and ghost rows count, planes and rows from -1.
   struct Marks {
-    std::vector<char> below, above;  ///< z rows at the interface with the lower and upper slab
-    std::vector<char> seam;          ///< rows (j + 1) * nz + k that reach an end of periodic x
+    std::vector<char> below, above;  ///< z rows at the interface with the lower and upper block
+    std::vector<char> back, front;   ///< planes at the interface with the block behind, in front
+    std::vector<char> seam;          ///< rows (plane, z row) that reach an end of periodic x
   };
+  void mark_planes(std::vector<char>& planes, double y, double half_width) const;
   void mark_rows(std::vector<char>& rows, std::size_t first, double z, double half_width) const;
 
   const Grid& grid_;
   const Decomposition& slabs_;
   Marks marked_, kept_;
-  std::vector<int> below_, above_;         ///< z rows exchanged with the neighbours
+  std::vector<int> below_, above_;         ///< own z rows exchanged between planes
+  std::vector<int> back_, front_;          ///< planes, ghost ones included, exchanged between rows
   std::vector<std::pair<int, int>> seam_;  ///< (j, k)
 };
 

@@ -12,9 +12,9 @@
 
 namespace bedload {
 
-/// The markers of one velocity component that this rank handles: those whose nearest plane of that
-/// component's staggered grid is its own, so that their support ends in the first ghost plane.
-/// Sphere after sphere: a sphere's support fits into the first-level cache.
+/// The markers of one velocity component that this rank handles: those whose nearest cell of that
+/// component's staggered grid is its own, so that their support ends in the first ghosts. Sphere
+/// after sphere: a sphere's support fits into the first-level cache.
 template <class Real>
 struct MarkerList {
   /// The markers begin .. end-1 belong to one sphere.
@@ -65,10 +65,12 @@ void append_markers(MarkerList<Real>& list, const Field<Real>& field, const Grid
   for (std::size_t m = 0; m < arms.size(); ++m) {
     const Vec3 position = centre + arms[m];
     const AxisWeights y = axis_weights(axes[1], position.y());
-    if (!slabs.holds(y.nearest) || beyond_wall(position) || skip(position)) continue;
+    if (!slabs.holds_plane(y.nearest)) continue;
+    const AxisWeights z = axis_weights(axes[2], position.z());
+    if (!slabs.holds_row(z.nearest) || beyond_wall(position) || skip(position)) continue;
     list.stencil.push_back(make_stencil(field, component, axis_weights(axes[0], position.x()),
-                                        y.nearest - slabs.first(), y,
-                                        axis_weights(axes[2], position.z())));
+                                        y.nearest - slabs.first(), y, z.nearest - slabs.first_row(),
+                                        z));
     list.arm.push_back(static_cast<std::int32_t>(m));
   }
   if (list.size() > begin)

@@ -83,23 +83,23 @@ struct Stencil {
   std::array<Real, 3> y, z;
 };
 
-/// Stencil of component `component` from its three axis weights; `plane` is the local index of the
-/// nearest y plane. `field` only tells the layout, and may
-/// have fewer planes.
+/// Stencil of component `component` from its three axis weights; `plane` and `row` are the local
+/// indices of the nearest y plane and z row. `field` only tells the layout, and may have fewer
+/// planes.
 template <class Real>
 Stencil<Real> make_stencil(const Field<Real>& field, int component, const AxisWeights& x, int plane,
-                           const AxisWeights& y, const AxisWeights& z) {
+                           const AxisWeights& y, int row, const AxisWeights& z) {
   const auto as_real = [](const std::array<double, 3>& weight) {
     const Real lower = static_cast<Real>(weight[0]), upper = static_cast<Real>(weight[2]);
     return std::array<Real, 3>{lower, Real{1} - lower - upper, upper};  // sum 1 in Real, too
   };
   Stencil<Real> s{};
-  const Real* first = field.row(0, z.nearest - 1, component);
+  const Real* first = field.row(0, row - 1, component);
   s.first = first - field.row(0, 0, 0) + x.nearest - 1 +
             (plane - 1) * static_cast<std::ptrdiff_t>(field.plane_size());
   for (int n = 0; n < 2; ++n)
     s.rows[static_cast<std::size_t>(n)] =
-        static_cast<std::int32_t>(field.row(0, z.nearest + n, component) - first);
+        static_cast<std::int32_t>(field.row(0, row + n, component) - first);
   const std::array<Real, 3> wx = as_real(x.weight);
   s.x = {wx[0], wx[1], wx[2], Real{}};
   s.y = as_real(y.weight);

@@ -10,6 +10,7 @@
 
 #include "fluid/channel.hpp"
 #include "fluid/settings.hpp"
+#include "tests/fluid/splits.hpp"
 
 namespace bedload {
 
@@ -91,12 +92,12 @@ double largest_error(const Channel<Real>& channel,
   const Grid& grid = channel.grid();
   double largest = 0.0;
   for (int j = 0; j < channel.decomposition().planes(); ++j)
-    for (int k = 0; k < grid.cells[2]; ++k)
+    for (int k = 0; k < channel.decomposition().rows(); ++k)
       for (int c = 0; c < 3; ++c) {
         const Real* row = channel.velocity().row(j, k, c);
         for (int i = 0; i < grid.cells[0]; ++i) {
           Vec3 place(grid.centre(i), grid.centre(channel.decomposition().first() + j),
-                     grid.centre(k));
+                     grid.centre(channel.decomposition().first_row() + k));
           place[c] += 0.5 * grid.h;
           largest = std::max(largest, std::abs(static_cast<double>(row[i]) - value(c, place)));
         }
@@ -110,18 +111,25 @@ template <class Real>
 double largest_difference(const Field<Real>& parallel, const Decomposition& slabs,
                           const Field<Real>& whole, bool with_ghosts) {
   double largest = 0.0;
-  const int begin = with_ghosts ? -1 : 0, end = slabs.planes() + (with_ghosts ? 1 : 0);
+  const int edge = with_ghosts ? 1 : 0;
   const int all = whole.planes();
-  for (int j = begin; j < end; ++j) {
+  for (int j = -edge; j < slabs.planes() + edge; ++j) {
     int there = slabs.first() + j;  // ghosts of the whole field's own ends are its ghosts
     there = std::clamp(there, -1, all);
-    for (int k = 0; k < parallel.nz(); ++k)
+    const auto row = [&](int k) { return std::clamp(slabs.first_row() + k, -1, whole.nz()); };
+    for (int k = -edge; k < slabs.rows() + edge; ++k)
       for (int c = 0; c < parallel.components(); ++c)
         for (int i = -1; i <= parallel.nx(); ++i)
           largest = std::max(largest, std::abs(double(parallel.row(j, k, c)[i]) -
-                                               double(whole.row(there, k, c)[i])));
+                                               double(whole.row(there, row(k), c)[i])));
   }
   return all_max(largest, slabs.comm());
+}
+
+inline int world_size() {
+  int ranks = 1;
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  return ranks;
 }
 
 template <class Real>

@@ -63,9 +63,10 @@ TEST(UserMistakes, AStepPastTheCflLimitIsRefusedAtTheStartAndOnTheWay) {
 TEST(UserMistakes, AFieldThatIsNotFiniteStopsTheRunAtOnceWithItsPlace) {
   Settings s = box({8, 8, 8}, 0.125, 1e-3, 0.01);
   Channel<double> channel(s, MPI_COMM_WORLD);
-  const int plane = 5;
-  if (channel.decomposition().holds(plane))
-    channel.velocity_to_restore().row(plane - channel.decomposition().first(), 2, 1)[3] =
+  const Decomposition& blocks = channel.decomposition();
+  const int plane = 5, row = 2;
+  if (blocks.holds(plane, row))
+    channel.velocity_to_restore().row(plane - blocks.first(), row - blocks.first_row(), 1)[3] =
         std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(
       complaint([&] { advance(channel, 1); }),
@@ -197,7 +198,7 @@ TEST(StartField, DisturbancesHaveTheirSize) {
   const auto rms = [&](const Channel<double>& a, const Channel<double>& b, int c) {
     double sum = 0.0;
     for (int j = 0; j < a.decomposition().planes(); ++j)
-      for (int k = 0; k < 24; ++k)
+      for (int k = 0; k < a.decomposition().rows(); ++k)
         for (int i = 0; i < 32; ++i)
           sum += std::pow(a.velocity().row(j, k, c)[i] - b.velocity().row(j, k, c)[i], 2);
     MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
@@ -262,7 +263,7 @@ TEST(Pressure, SummedUpAndSolvedAnewAreTheSame) {
   advance_in_parts(summed, 5);
   double velocity = 0.0, pressure = 0.0, largest = 0.0;
   for (int j = 0; j < anew.decomposition().planes(); ++j)
-    for (int k = 0; k < 12; ++k)
+    for (int k = 0; k < anew.decomposition().rows(); ++k)
       for (int i = 0; i < 16; ++i) {
         for (int c = 0; c < 3; ++c)
           velocity = std::max(velocity, std::abs(anew.velocity().row(j, k, c)[i] -
@@ -300,7 +301,7 @@ TEST(Restart, GoesOnAsIfNothingHadHappened) {
   EXPECT_EQ(again.time(), whole.time());
   double largest = 0.0;
   for (int j = 0; j < whole.decomposition().planes(); ++j)
-    for (int k = 0; k < 12; ++k)
+    for (int k = 0; k < whole.decomposition().rows(); ++k)
       for (int c = 0; c < 3; ++c)
         for (int i = 0; i < 16; ++i)
           largest = std::max(largest, std::abs(whole.velocity().row(j, k, c)[i] -

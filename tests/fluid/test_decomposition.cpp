@@ -4,8 +4,8 @@
 #include <numeric>
 
 #include "fluid/decomposition.hpp"
+#include "fluid/division.hpp"
 #include "fluid/errors.hpp"
-#include "fluid/plane_cost.hpp"
 #include "tests/fluid/flow_case.hpp"
 
 namespace bedload {
@@ -13,122 +13,106 @@ namespace {
 
 using testing::ElementsAre;
 
-TEST(DividePlanes, EvenCostsGiveEvenSlabs) {
-  EXPECT_THAT(divide_planes(std::vector<double>(12, 1.0), 4), ElementsAre(0, 3, 6, 9, 12));
-  EXPECT_THAT(divide_planes(std::vector<double>(10, 1.0), 3), ElementsAre(0, 3, 7, 10));
-  EXPECT_THAT(divide_planes(std::vector<double>(5, 1.0), 1), ElementsAre(0, 5));
+TEST(DivideEvenly, EvenCostsGiveEvenSlabs) {
+  EXPECT_THAT(divide_evenly(std::vector<double>(12, 1.0), 4), ElementsAre(0, 3, 6, 9, 12));
+  EXPECT_THAT(divide_evenly(std::vector<double>(10, 1.0), 3), ElementsAre(0, 3, 7, 10));
+  EXPECT_THAT(divide_evenly(std::vector<double>(5, 1.0), 1), ElementsAre(0, 5));
 }
 
-TEST(DividePlanes, FollowsTheCost) {
+TEST(DivideEvenly, FollowsTheCost) {
   // A bed of three planes that cost ten times as much: 30 + 9 units, halves of 19.5.
   std::vector<double> cost(12, 1.0);
   std::fill_n(cost.begin(), 3, 10.0);
-  EXPECT_THAT(divide_planes(cost, 2), ElementsAre(0, 2, 12));
+  EXPECT_THAT(divide_evenly(cost, 2), ElementsAre(0, 2, 12));
   // However lopsided, each part keeps a plane.
   cost.assign(4, 0.0);
   cost[3] = 1.0;
-  EXPECT_THAT(divide_planes(cost, 4), ElementsAre(0, 1, 2, 3, 4));
+  EXPECT_THAT(divide_evenly(cost, 4), ElementsAre(0, 1, 2, 3, 4));
   cost.assign(4, 0.0);
   cost[0] = 1.0;
-  EXPECT_THAT(divide_planes(cost, 4), ElementsAre(0, 1, 2, 3, 4));
+  EXPECT_THAT(divide_evenly(cost, 4), ElementsAre(0, 1, 2, 3, 4));
 }
 
-TEST(DividePlanes, RefusesMoreRanksThanPlanes) {
-  EXPECT_THROW(divide_planes(std::vector<double>(3, 1.0), 4), UserError);
+TEST(EvenCuts, CutBothDirections) {
+  const Grid grid{.cells = {4, 12, 10}};
+  const Cuts cuts = even_cuts(grid, 6, 3);
+  EXPECT_THAT(cuts.y, ElementsAre(0, 6, 12));
+  EXPECT_THAT(cuts.z, ElementsAre(0, 3, 7, 10));
 }
 
 /// A number that tells global plane, row, component and column apart.
 double label(int j, int k, int c, int i) { return 1e6 * j + 1e3 * k + 10.0 * i + c; }
 
-Grid small_grid(Wall y_end) {
-  Settings s = box({6, 9, 4}, 0.5, 1.0, 1.0);
+Grid small_grid(Wall y_end, Wall z_end = Wall::periodic) {
+  Settings s = box({6, 9, 10}, 0.5, 1.0, 1.0);
   set_y_ends(s, y_end, y_end);
+  s.boundary.z = {z_end, z_end};
   return make_grid(s);
 }
 
 template <class Real>
 Field<Real> labelled(const Grid& grid, const Decomposition& slabs) {
-  Field<Real> field(grid, slabs.planes(), 3);
+  Field<Real> field(grid, slabs.extent(), 3);
   field.fill(Real(-1));
   for (int j = 0; j < slabs.planes(); ++j) {
-    for (int k = 0; k < grid.cells[2]; ++k)
+    for (int k = 0; k < slabs.rows(); ++k)
       for (int c = 0; c < 3; ++c)
         for (int i = 0; i < grid.cells[0]; ++i)
-          field.row(j, k, c)[i] = static_cast<Real>(label(slabs.first() + j, k, c, i));
+          field.row(j, k, c)[i] =
+              static_cast<Real>(label(slabs.first() + j, slabs.first_row() + k, c, i));
     wrap_x_ghosts(field, j);
   }
   return field;
 }
 
-/// Every ghost, corners and pads included, holds the value of the cell it stands for; what lies
-/// beyond a wall is untouched.
+/// Every ghost, edges and pads included, holds the value of the cell it stands for; what lies
+/// beyond a wall is untouched. In every split of the ranks.
 TEST(Halo, GhostsAreTheNeighboursCells) {
-  for (const Wall end : {Wall::no_slip, Wall::periodic}) {
-    const Grid grid = small_grid(end);
-    const Decomposition slabs(grid, MPI_COMM_WORLD);
-    Field<double> field = labelled<double>(grid, slabs);
-    slabs.exchange(field);
-    const int nx = grid.cells[0], ny = grid.cells[1], nz = grid.cells[2];
-    for (int j = -1; j <= slabs.planes(); ++j)
-      for (int k = -1; k <= nz; ++k)
-        for (int c = 0; c < 3; ++c)
-          for (int i = -1; i <= nx; ++i) {
-            const int global = slabs.first() + j;
-            const bool beyond = end != Wall::periodic && (global < 0 || global >= ny);
-            const double expected =
-                beyond ? -1.0 : label((global + ny) % ny, (k + nz) % nz, c, (i + nx) % nx);
-            ASSERT_EQ(field.row(j, k, c)[i], expected) << j << ' ' << k << ' ' << c << ' ' << i;
-          }
-  }
+  for (const int z_parts : splits(world_size()))
+    for (const auto& [y_end, z_end] : {std::pair{Wall::no_slip, Wall::periodic},
+                                       {Wall::periodic, Wall::periodic},
+                                       {Wall::periodic, Wall::free_slip},
+                                       {Wall::no_slip, Wall::no_slip}}) {
+      const Grid grid = small_grid(y_end, z_end);
+      const Decomposition slabs(grid, MPI_COMM_WORLD, even_cuts(grid, world_size(), z_parts));
+      Field<double> field = labelled<double>(grid, slabs);
+      slabs.exchange(field);
+      const int nx = grid.cells[0], ny = grid.cells[1], nz = grid.cells[2];
+      const auto outside = [](Wall end, int n, int cells) {
+        return end != Wall::periodic && (n < 0 || n >= cells);
+      };
+      for (int j = -1; j <= slabs.planes(); ++j)
+        for (int k = -1; k <= slabs.rows(); ++k)
+          for (int c = 0; c < 3; ++c)
+            for (int i = -1; i <= nx; ++i) {
+              const int plane = slabs.first() + j, row = slabs.first_row() + k;
+              const bool beyond = outside(y_end, plane, ny) || outside(z_end, row, nz);
+              const double expected =
+                  beyond ? -1.0 : label((plane + ny) % ny, (row + nz) % nz, c, (i + nx) % nx);
+              ASSERT_EQ(field.row(j, k, c)[i], expected) << j << ' ' << k << ' ' << c << ' ' << i;
+            }
+    }
 }
 
-/// The reverse exchange is the adjoint of the exchange: <exchange(a), b> = <a, add_ghosts(b)> over
-/// all storage on the left, over the cells alone on the right.
-TEST(Halo, AddingGhostsIsTheAdjointOfFillingThem) {
-  const Grid grid = small_grid(Wall::periodic);
-  const Decomposition slabs(grid, MPI_COMM_WORLD);
-  Field<double> a = labelled<double>(grid, slabs), b(grid, slabs.planes(), 3);
-  const auto weight = [&](int j, int k, int c, int i) {
-    return std::sin(1.0 + 3.0 * (slabs.first() + j) + 5.0 * slabs.rank() + k * 7.0 + c * 11.0 + i);
-  };
-  const auto sum = [&](const Field<double>& f, const Field<double>& g, bool ghosts) {
-    const int edge = ghosts ? 1 : 0;
-    double total = 0.0;
-    for (int j = -edge; j < slabs.planes() + edge; ++j)
-      for (int k = 0; k < grid.cells[2]; ++k)
-        for (int c = 0; c < 3; ++c)
-          for (int i = -edge; i < grid.cells[0] + edge; ++i)
-            total += f.row(j, k, c)[i] * g.row(j, k, c)[i];
-    MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
-    return total;
-  };
-  for (int j = -1; j <= slabs.planes(); ++j)
-    for (int k = 0; k < grid.cells[2]; ++k)
-      for (int c = 0; c < 3; ++c)
-        for (int i = -1; i <= grid.cells[0]; ++i) b.row(j, k, c)[i] = weight(j, k, c, i);
-  slabs.exchange(a);
-  const double filled = sum(a, b, true);
-  slabs.add_ghosts(b);
-  EXPECT_NEAR(sum(a, b, false), filled, 1e-9 * std::abs(filled));
-  EXPECT_EQ(b.row(-1, 0, 0)[0], 0.0);
-  EXPECT_EQ(b.row(slabs.planes(), 1, 2)[3], 0.0);
-  EXPECT_EQ(b.row(0, 1, 2)[-1], 0.0);
-}
-
-TEST(Halo, EveryPlaneHasOneOwner) {
+TEST(Decomposition, EveryCellHasOneOwner) {
   const Grid grid = small_grid(Wall::no_slip);
-  const Decomposition slabs(grid, MPI_COMM_WORLD);
-  for (int j = 0; j < grid.cells[1]; ++j) {
-    const int owner = slabs.owner(j);
-    EXPECT_GE(j, slabs.first(owner));
-    EXPECT_LT(j, slabs.first(owner) + slabs.planes(owner));
-    EXPECT_EQ(slabs.holds(j), owner == slabs.rank());
+  for (const int z_parts : splits(world_size())) {
+    const Decomposition slabs(grid, MPI_COMM_WORLD, even_cuts(grid, world_size(), z_parts));
+    int own = 0;
+    for (int j = 0; j < grid.cells[1]; ++j)
+      for (int k = 0; k < grid.cells[2]; ++k) {
+        EXPECT_EQ(slabs.holds(j, k), slabs.owner(j, k) == slabs.rank());
+        own += slabs.holds(j, k);
+      }
+    EXPECT_EQ(own, slabs.planes() * slabs.rows());
+    MPI_Allreduce(MPI_IN_PLACE, &own, 1, MPI_INT, MPI_SUM, MPI_COMM_WORLD);
+    EXPECT_EQ(own, grid.cells[1] * grid.cells[2]);
   }
 }
 
 TEST(FieldLayout, RelabelMovesPlanesWithoutTouchingThem) {
   const Grid grid = small_grid(Wall::no_slip);
-  Field<float> field(grid, 3, 2, 1);
+  Field<float> field(grid, {3, grid.cells[2]}, 2, 1);
   field.row(1, 2, 1)[3] = 5.0f;
   field.relabel(1);
   EXPECT_EQ(field.row(2, 2, 1)[3], 5.0f);
@@ -137,19 +121,62 @@ TEST(FieldLayout, RelabelMovesPlanesWithoutTouchingThem) {
   EXPECT_EQ(reinterpret_cast<std::uintptr_t>(field.row(0, 0, 0)) % cache_line, 0u);
 }
 
+const Grid bed_grid{.cells = {16, 20, 16}, .length = {1.6, 2.0, 1.6}, .h = 0.1};
+
+std::vector<SphereState> heap(int spheres) {
+  return std::vector<SphereState>(static_cast<std::size_t>(spheres),
+                                  {.position = {0.8, 0.4, 0.8}, .radius = 0.4});
+}
+
 // The phases of a stage wait for each other. Few markers at the floor all go to one rank, whose
 // share of the cells stays one half; so many that they rule are halved instead, at the price of the
 // cells.
-TEST(PlaneCost, WeighsTheSlowestRankOfEachPhase) {
-  const Grid grid{.cells = {16, 20, 16}, .length = {1.6, 2.0, 1.6}, .h = 0.1};
+TEST(ChooseCuts, WeighsTheSlowestRankOfEachPhase) {
   const auto second_slab = [&](int spheres) {
-    const std::vector<SphereState> bed(static_cast<std::size_t>(spheres),
-                                       {.position = {0.8, 0.4, 0.8}, .radius = 0.4});
-    return divide_planes(plane_cost(grid, bed, 2), 2).at(1);
+    return choose_cuts(bed_grid, heap(spheres), 2, 1).y.at(1);
   };
   EXPECT_EQ(second_slab(0), 10);
   EXPECT_EQ(second_slab(1), 10);
   EXPECT_EQ(second_slab(1000), 4);
+}
+
+TEST(MarkerMap, HoldsAllMarkersInTheirPlanesAndRows) {
+  const MarkerMap map(bed_grid, heap(3));
+  const double all = 3.0 * M_PI * 64.0;  // pi (D/h)^2 each
+  EXPECT_NEAR(map.block(0, 20, 0, 16), all, 1e-9);
+  EXPECT_NEAR(map.block(0, 4, 0, 16), 0.5 * all, 1e-9);
+  EXPECT_NEAR(map.block(0, 20, 8, 16), 0.5 * all, 1e-9);
+  EXPECT_NEAR(map.block(8, 20, 0, 16), 0.0, 1e-9);
+  EXPECT_NEAR(map.plane(7), all / 8.0, 1e-9);
+  EXPECT_EQ(map.row(3), 0.0);
+}
+
+// Slabs as long as they are not thin: coupling them sends some planes, dividing rows all cells
+// twice. More ranks than planes, or markers in few planes, ask for blocks along z.
+TEST(ChooseCuts, DividesRowsWhereItPays) {
+  const Grid cube{.cells = {64, 64, 64}, .length = {1.0, 1.0, 1.0}, .h = 1.0 / 64};
+  EXPECT_EQ(choose_cuts(cube, {}, 4).z_parts(), 1);
+  EXPECT_GT(choose_cuts(cube, {}, 64).z_parts(), 1);
+  const Grid flat{.cells = {64, 4, 64}, .length = {1.0, 1.0 / 16, 1.0}, .h = 1.0 / 64};
+  EXPECT_GE(choose_cuts(flat, {}, 8).z_parts(), 2);
+  EXPECT_GT(choose_cuts(bed_grid, heap(1000), 8).z_parts(), 1);
+  EXPECT_EQ(choose_cuts(cube, {}, 4, 4).z_parts(), 4);  // as told
+}
+
+TEST(ChooseCuts, RefusesWhatCannotBeDivided) {
+  const Grid tiny{.cells = {8, 5, 4}, .length = {8.0, 5.0, 4.0}, .h = 1.0};
+  const auto complaint = [&](int ranks, int z_parts) {
+    try {
+      choose_cuts(tiny, {}, ranks, z_parts);
+    } catch (const UserError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(complaint(20, 0), "");
+  EXPECT_THAT(complaint(7, 0), testing::HasSubstr("use 6 fluid ranks"));
+  EXPECT_THAT(complaint(6, 4), testing::HasSubstr("'ranks.along_z' is 4"));
+  EXPECT_THAT(complaint(6, 6), testing::HasSubstr("1 x 6 blocks"));
 }
 
 }  // namespace

@@ -19,16 +19,17 @@
 
 namespace bedload::test {
 
+inline int size_of(MPI_Comm comm) {
+  int size = 1;
+  MPI_Comm_size(comm, &size);
+  return size;
+}
 inline int world_rank() {
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   return rank;
 }
-inline int world_size() {
-  int size = 1;
-  MPI_Comm_size(MPI_COMM_WORLD, &size);
-  return size;
-}
+inline int world_size() { return size_of(MPI_COMM_WORLD); }
 
 /// A folder of one test for all ranks, removed at its end.
 class Folder {
@@ -73,11 +74,14 @@ struct Flow {
   Decomposition slabs;
   Field<Real> velocity, pressure;
 
-  Flow(const Grid& g, MPI_Comm comm, std::span<const double> cost = {})
+  Flow(const Grid& g, MPI_Comm comm, const Cuts& cuts)
       : grid(g),
-        slabs(g, comm, cost),
-        velocity(g, slabs.planes(), 3),
-        pressure(g, slabs.planes(), 1) {}
+        slabs(g, comm, cuts),
+        velocity(g, slabs.extent(), 3),
+        pressure(g, slabs.extent(), 1) {}
+  /// Even blocks, two side by side along z where the number of ranks allows.
+  Flow(const Grid& g, MPI_Comm comm)
+      : Flow(g, comm, even_cuts(g, size_of(comm), size_of(comm) % 2 == 0 ? 2 : 1)) {}
 
   Real& at(int c, int i, int j, int k) {
     return c == 3 ? pressure.row(j, k)[i] : velocity.row(j, k, c)[i];
@@ -86,13 +90,13 @@ struct Flow {
   void each(Visitor&& visit) {
     for (int c = 0; c < 4; ++c)
       for (int j = 0; j < slabs.planes(); ++j)
-        for (int k = 0; k < grid.cells[2]; ++k)
+        for (int k = 0; k < slabs.rows(); ++k)
           for (int i = 0; i < grid.cells[0]; ++i) visit(c, i, j, k);
   }
-  /// Own cells, then the ghosts that the writers need: x and y neighbours, 0 on the lower y wall.
+  /// Own cells, then the ghosts that the writers need: the neighbours', 0 on the lower y wall.
   void fill(const CellValue& value) {
     each([&](int c, int i, int j, int k) {
-      at(c, i, j, k) = static_cast<Real>(value(c, i, slabs.first() + j, k));
+      at(c, i, j, k) = static_cast<Real>(value(c, i, slabs.first() + j, slabs.first_row() + k));
     });
     for (int j = 0; j < slabs.planes(); ++j) wrap_x_ghosts(velocity, j);
     slabs.exchange(velocity);

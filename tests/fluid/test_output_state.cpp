@@ -29,7 +29,8 @@ TYPED_TEST(OutputState, ComesBackBitForBitOnAnyNumberOfRanks) {
   const Folder folder;
   const Grid grid = channel_grid(12);
   const std::vector<double> cost{9, 1, 1, 1, 1, 1};
-  Flow<Real> written(grid, MPI_COMM_WORLD, cost);
+  Flow<Real> written(grid, MPI_COMM_WORLD,
+                     {.y = divide_evenly(cost, world_size()), .z = {0, grid.cells[2]}});
   const auto value = [](int c, int i, int j, int k) {
     return i == 0 ? -0.0 : scattered(c, i, j, k) / 3.0;
   };
@@ -51,7 +52,8 @@ TYPED_TEST(OutputState, ComesBackBitForBitOnAnyNumberOfRanks) {
       EXPECT_EQ(found.extras, extras);
       int differing = 0;
       read.each([&](int c, int i, int j, int k) {
-        const Real expected = static_cast<Real>(value(c, i, read.slabs.first() + j, k));
+        const Real expected =
+            static_cast<Real>(value(c, i, read.slabs.first() + j, read.slabs.first_row() + k));
         differing += std::memcmp(&read.at(c, i, j, k), &expected, sizeof expected) != 0;
       });
       EXPECT_EQ(differing, 0) << "with " << group << " ranks";
@@ -84,8 +86,8 @@ std::array<double, 4> interpolation_error(int cells) {
   EXPECT_TRUE(found.interpolated);
   std::array<double, 4> error{};
   to.each([&](int c, int i, int j, int k) {
-    const double exact =
-        smooth(c, to.place(c, 0, i), to.place(c, 1, to.slabs.first() + j), to.place(c, 2, k));
+    const double exact = smooth(c, to.place(c, 0, i), to.place(c, 1, to.slabs.first() + j),
+                                to.place(c, 2, to.slabs.first_row() + k));
     double& largest = error[static_cast<std::size_t>(c)];
     largest = std::max(largest, std::abs(to.at(c, i, j, k) - exact));
   });
@@ -172,7 +174,7 @@ TEST(OutputCompactState, HoldsFaceMeansWithinItsRoundingAndNoDivergence) {
       EXPECT_EQ(coarse.at(c, i, j, k), 0.0);
       return;
     }
-    const double exact = mean(c, i, coarse.slabs.first() + j, k);
+    const double exact = mean(c, i, coarse.slabs.first() + j, coarse.slabs.first_row() + k);
     const auto n = static_cast<std::size_t>(c);
     largest[n] = std::max(largest[n], std::abs(exact));
     error[n] = std::max(error[n], std::abs(coarse.at(c, i, j, k) - exact));
@@ -191,7 +193,7 @@ TEST(OutputCompactState, HoldsFaceMeansWithinItsRoundingAndNoDivergence) {
   coarse.slabs.exchange(coarse.velocity);
   double divergence = 0.0;
   for (int j = 0; j < coarse.slabs.planes(); ++j)
-    for (int k = 0; k < 12; ++k)
+    for (int k = 0; k < coarse.slabs.rows(); ++k)
       for (int i = 0; i < 12; ++i) {
         const Field<double>& u = coarse.velocity;
         const double below = coarse.slabs.first() + j == 0 ? 0.0 : u.row(j - 1, k, 1)[i];

@@ -11,6 +11,7 @@
 #include "fluid/decomposition.hpp"
 #include "fluid/errors.hpp"
 #include "fluid/spheres/immersed_boundary.hpp"
+#include "tests/fluid/splits.hpp"
 
 namespace bedload {
 namespace {
@@ -34,7 +35,14 @@ SphereState sphere(std::int64_t tag, Vec3 position, bool mobile, double radius =
           .mobile = mobile};
 }
 
-/// A flow on one communicator: the whole box for MPI_COMM_SELF, a slab for MPI_COMM_WORLD.
+int size_of(MPI_Comm comm) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  return ranks;
+}
+
+/// A flow on one communicator: the whole box for MPI_COMM_SELF, a block of it for MPI_COMM_WORLD,
+/// `z_parts` of them side by side along z.
 template <class Real>
 struct Flow {
   Settings settings;
@@ -43,24 +51,24 @@ struct Flow {
   Field<Real> velocity;
   ImmersedBoundary<Real> boundary;
 
-  Flow(const Settings& s, MPI_Comm comm)
+  Flow(const Settings& s, MPI_Comm comm, int z_parts = 1)
       : settings(s),
         grid(make_grid(s)),
-        slabs(grid, comm),
-        velocity(grid, slabs.planes(), 3),
+        slabs(grid, comm, even_cuts(grid, size_of(comm), z_parts)),
+        velocity(grid, slabs.extent(), 3),
         boundary(settings, grid, slabs) {}
 
   /// u_c = f(c, x) with periodic and rank ghosts.
   template <class Function>
   void fill(Function f) {
     for (int j = 0; j < slabs.planes(); ++j) {
-      for (int k = 0; k < grid.cells[2]; ++k)
+      for (int k = 0; k < slabs.rows(); ++k)
         for (int c = 0; c < 3; ++c)
           for (int i = 0; i < grid.cells[0]; ++i) {
-            const int plane = slabs.first() + j;
+            const int plane = slabs.first() + j, row = slabs.first_row() + k;
             const Vec3 x{c == 0 ? grid.face(i) : grid.centre(i),
                          c == 1 ? grid.face(plane) : grid.centre(plane),
-                         c == 2 ? grid.face(k) : grid.centre(k)};
+                         c == 2 ? grid.face(row) : grid.centre(row)};
             velocity.row(j, k, c)[i] = static_cast<Real>(f(c, x));
           }
       wrap_x_ghosts(velocity, j);
@@ -71,7 +79,7 @@ struct Flow {
   Vec3 sum() const {
     Vec3 total = Vec3::Zero();
     for (int j = 0; j < slabs.planes(); ++j)
-      for (int k = 0; k < grid.cells[2]; ++k)
+      for (int k = 0; k < slabs.rows(); ++k)
         for (int c = 0; c < 3; ++c)
           for (int i = 0; i < grid.cells[0]; ++i)
             total[c] += static_cast<double>(velocity.row(j, k, c)[i]);
@@ -311,9 +319,9 @@ TEST(Forcing, SpheresInContactStayStable) {
 }
 
 /// Every rank also computes the whole box alone; both must agree to round-off, ghosts included.
-void compare_with_one_rank(Settings settings) {
+void compare_with_one_rank(Settings settings, int z_parts) {
   settings.spheres.forcing_loops = 3;
-  Flow<double> shared(settings, MPI_COMM_WORLD), alone(settings, MPI_COMM_SELF);
+  Flow<double> shared(settings, MPI_COMM_WORLD, z_parts), alone(settings, MPI_COMM_SELF);
   std::vector<SphereState> all = spheres_everywhere();
   for (int move = 0; move < 3; ++move) {
     const double dt = 0.01;
@@ -330,12 +338,13 @@ void compare_with_one_rank(Settings settings) {
     double worst = 0.0;
     const bool lower = shared.slabs.at_lower_wall(), upper = shared.slabs.at_upper_wall();
     for (int j = lower ? 0 : -1; j < shared.slabs.planes() + (upper ? 0 : 1); ++j)
-      for (int k = 0; k < shared.grid.cells[2]; ++k)
+      for (int k = -1; k <= shared.slabs.rows(); ++k)
         for (int c = 0; c < 3; ++c)
           for (int i = -1; i <= shared.grid.cells[0]; ++i)
             worst =
                 std::max(worst, std::abs(shared.velocity.row(j, k, c)[i] -
-                                         alone.velocity.row(shared.slabs.first() + j, k, c)[i]));
+                                         alone.velocity.row(shared.slabs.first() + j,
+                                                            shared.slabs.first_row() + k, c)[i]));
     EXPECT_LT(worst, 1e-13) << "sums of order 1 in another order";
     ASSERT_EQ(loads[0].size(), 4u);
     for (std::size_t n = 0; n < 4; ++n) {
@@ -353,12 +362,16 @@ void compare_with_one_rank(Settings settings) {
   }
 }
 
-TEST(Forcing, DoesNotKnowTheRanks) { compare_with_one_rank(small_box()); }
+TEST(Forcing, DoesNotKnowTheRanks) {
+  for (const int z_parts : splits(size_of(MPI_COMM_WORLD)))
+    compare_with_one_rank(small_box(), z_parts);
+}
 
 TEST(Forcing, DoesNotKnowTheRanksWherePeriodicYCloses) {
   Settings settings = small_box();
   settings.boundary.y = {Wall::periodic, Wall::periodic};
-  compare_with_one_rank(settings);
+  for (const int z_parts : splits(size_of(MPI_COMM_WORLD)))
+    compare_with_one_rank(settings, z_parts);
 }
 
 TEST(Forcing, SeamsAreInvisible) {

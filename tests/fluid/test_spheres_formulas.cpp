@@ -117,7 +117,7 @@ std::array<InteriorSums, 3> sums_of_linear_field(const Grid& grid, const Vec3& c
                                                  double radius, const Vec3& velocity,
                                                  const Eigen::Matrix3d& gradient) {
   const Decomposition slabs(grid, MPI_COMM_SELF);
-  Field<double> field(grid, slabs.planes(), 3);
+  Field<double> field(grid, slabs.extent(), 3);
   for (int j = 0; j < slabs.planes(); ++j)
     for (int k = 0; k < grid.cells[2]; ++k)
       for (int i = 0; i < grid.cells[0]; ++i)

@@ -16,18 +16,25 @@ struct WrittenFlow {
   WrittenFlow(const Settings& s, MPI_Comm comm)
       : settings(s),
         grid(make_grid(settings)),
-        slabs(grid, comm),
-        velocity(grid, slabs.planes(), 3),
-        pressure(grid, slabs.planes(), 1),
+        slabs(grid, comm, blocks(grid, comm)),
+        velocity(grid, slabs.extent(), 3),
+        pressure(grid, slabs.extent(), 1),
         statistics(settings, grid, slabs) {}
 
+  /// Even blocks, two side by side along z where the number of ranks allows.
+  static Cuts blocks(const Grid& grid, MPI_Comm comm) {
+    int ranks = 1;
+    MPI_Comm_size(comm, &ranks);
+    return even_cuts(grid, ranks, ranks % 2 == 0 ? 2 : 1);
+  }
   /// value(component, place), 3: pressure; beyond walls, which are at rest, everything is odd.
   void write(const std::function<double(int, const Vec3&)>& value) {
     for (int j = 0; j < slabs.planes(); ++j) {
-      for (int k = 0; k < grid.cells[2]; ++k)
+      for (int k = 0; k < slabs.rows(); ++k)
         for (int c = 0; c < 4; ++c)
           for (int i = 0; i < grid.cells[0]; ++i) {
-            Vec3 place(grid.centre(i), grid.centre(slabs.first() + j), grid.centre(k));
+            Vec3 place(grid.centre(i), grid.centre(slabs.first() + j),
+                       grid.centre(slabs.first_row() + k));
             if (c < 3) place[c] += 0.5 * grid.h;
             (c < 3 ? velocity.row(j, k, c) : pressure.row(j, k))[i] = value(c, place);
           }

@@ -1,0 +1,162 @@
+#include "fluid/divided_transform.hpp"
+
+#include <algorithm>
+
+namespace bedload {
+
+template <class Real>
+DividedTransform<Real>::DividedTransform(const Grid& grid, int component,
+                                         const Decomposition& blocks)
+    : Base(grid, component, blocks),
+      comm_(blocks.z_comm()),
+      rank_(blocks.z_part()),
+      ranks_(blocks.z_parts()),
+      all_rows_(grid.cells[2]),
+      all_columns_(this->periodic_x() ? nx_ / 2 + 1 : nx_),
+      column_width_(this->periodic_x() ? 2 : 1) {
+  const bool half = this->periodic_z() && !this->periodic_x();
+  this->shape_modes(1, (half ? all_rows_ / 2 + 1 : all_rows_) * own_columns());
+  // Sine and cosine transforms there and back multiply by twice the cells.
+  this->normalisation_ = 1.0 / (double(nx_) * (this->periodic_x() ? 1.0 : 2.0) * double(all_rows_) *
+                                (this->periodic_z() ? 1.0 : 2.0));
+  const int own = static_cast<int>(column_row()), rows = this->nz() + 1;
+  int row_offset = 0, column_offset = 0;
+  for (int r = 0; r < ranks_; ++r) {
+    first_row_.push_back(blocks.first_row(r));
+    row_counts_.push_back(rows * column_width_ * (first_column(r + 1) - first_column(r)));
+    row_offsets_.push_back(row_offset);
+    row_offset += row_counts_.back();
+    column_counts_.push_back((blocks.rows(r) + 1) * own);
+    column_offsets_.push_back(column_offset);
+    column_offset += column_counts_.back();
+    block_offsets_.push_back(blocks.first_row(r) * own);
+  }
+  first_row_.push_back(all_rows_);
+  line_ = AlignedArray<Real>(static_cast<std::size_t>(nx_) + 2);
+  rows_ = AlignedArray<Real>(static_cast<std::size_t>(row_offset));
+  received_ = AlignedArray<Real>(static_cast<std::size_t>(column_offset));
+  columns_ = AlignedArray<Real>(static_cast<std::size_t>(all_rows_ + 1) * column_row());
+  plan(blocks.comm());
+}
+
+template <class Real>
+std::size_t DividedTransform<Real>::column_row() const {
+  return static_cast<std::size_t>(own_columns()) * static_cast<std::size_t>(column_width_);
+}
+
+template <class Real>
+void DividedTransform<Real>::plan(MPI_Comm comm) {
+  using Plan = FourierPlan<Real>;
+  AlignedArray<Real> row(this->real_pitch()), modes(this->pitch() * 2);
+  Real *p = row.data(), *l = line_.data(), *c = columns_.data(), *m = modes.data();
+  const int own = own_columns(), reals = static_cast<int>(column_row());
+  plan_alike<Real>(comm, [&] {
+    if (this->periodic_x()) {
+      forward_x_ = Plan::to_complex({nx_, 1}, p, l);
+      inverse_x_ = Plan::to_real({nx_, 1}, l, p);
+    } else {
+      forward_x_ = Plan::real(basis_x_, true, {nx_, 1}, p, l);
+      inverse_x_ = Plan::real(basis_x_, false, {nx_, 1}, l, p);
+    }
+    if (own == 0) return;
+    if (!this->periodic_z()) {
+      forward_z_ = Plan::real(basis_z_, true, {all_rows_, reals, reals, 1}, c, m);
+      inverse_z_ = Plan::real(basis_z_, false, {all_rows_, reals, reals, 1}, m, c);
+    } else if (this->periodic_x()) {
+      forward_z_ = Plan::complex({all_rows_, own, own, 1}, c, m, FFTW_FORWARD);
+      inverse_z_ = Plan::complex({all_rows_, own, own, 1}, m, c, FFTW_BACKWARD);
+    } else {
+      forward_z_ = Plan::to_complex({all_rows_, own, own, 1}, c, m);
+      inverse_z_ = Plan::to_real({all_rows_, own, own, 1}, m, c);
+    }
+  });
+}
+
+template <class Real>
+double DividedTransform<Real>::eigenvalue(int mode, int) const {
+  return second_difference(basis_x_, first_column(rank_) + mode % own_columns(), nx_) +
+         second_difference(basis_z_, mode / own_columns(), all_rows_);
+}
+
+template <class Real>
+void DividedTransform<Real>::forward_plane(Real* plane) {
+  const std::size_t width = static_cast<std::size_t>(column_width_);
+  if (basis_x_ == Basis::faces) line_[static_cast<std::size_t>(nx_) - 1] = Real(0);
+  for (int k = 0; k <= this->nz(); ++k) {
+    forward_x_(plane + this->real_pitch() * static_cast<std::size_t>(k), line_.data());
+    for (int r = 0; r < ranks_; ++r) {
+      const auto first = static_cast<std::size_t>(first_column(r)) * width;
+      const auto count = static_cast<std::size_t>(first_column(r + 1)) * width - first;
+      std::copy_n(&line_[first], count,
+                  rows_.data() + row_offsets_[static_cast<std::size_t>(r)] +
+                      static_cast<std::size_t>(k) * count);
+    }
+  }
+  const MPI_Datatype type = mpi_type<Real>();
+  MPI_Alltoallv(rows_.data(), row_counts_.data(), row_offsets_.data(), type, received_.data(),
+                column_counts_.data(), column_offsets_.data(), type, comm_);
+  // Rows of rank r stand behind each other; its additional row belongs to the first of rank r+1.
+  const std::size_t own = column_row();
+  for (int r = 0; r < ranks_; ++r) {
+    const auto n = static_cast<std::size_t>(r);
+    const auto begin = static_cast<std::size_t>(first_row_[n]) * own;
+    const auto count = static_cast<std::size_t>(first_row_[n + 1]) * own - begin;
+    std::copy_n(received_.data() + column_offsets_[n], count, &columns_[begin]);
+  }
+  for (int r = 0; r < ranks_; ++r) {
+    if (r + 1 == ranks_ && !this->periodic_z()) continue;
+    const auto n = static_cast<std::size_t>(r);
+    const Real* excess = received_.data() + column_offsets_[n] + column_counts_[n] - own;
+    Real* to = &columns_[static_cast<std::size_t>(first_row_[n + 1] % all_rows_) * own];
+    for (std::size_t i = 0; i < own; ++i) to[i] += excess[i];
+  }
+}
+
+template <class Real>
+void DividedTransform<Real>::forward_row(Real*, int, Real* out) {
+  if (own_columns() == 0) return;
+  forward_z_(columns_.data(), out);
+  if (basis_z_ == Basis::faces)  // the last face is the wall
+    std::fill_n(out + static_cast<std::size_t>(all_rows_ - 1) * column_row(), column_row(),
+                Real(0));
+}
+
+template <class Real>
+void DividedTransform<Real>::inverse_row(Real* in, int, Real*) {
+  if (own_columns() == 0) return;
+  const std::size_t own = column_row(), last = static_cast<std::size_t>(all_rows_ - 1) * own;
+  if (basis_z_ == Basis::faces) std::fill_n(&columns_[last], own, Real(0));
+  inverse_z_(in, columns_.data());
+  std::copy_n(&columns_[this->periodic_z() ? 0 : last], own, &columns_[last + own]);
+}
+
+template <class Real>
+void DividedTransform<Real>::inverse_plane(Real* plane) {
+  const MPI_Datatype type = mpi_type<Real>();
+  // Each rank's rows and the next one: the blocks overlap, which is allowed for what is sent.
+  MPI_Alltoallv(columns_.data(), column_counts_.data(), block_offsets_.data(), type, rows_.data(),
+                row_counts_.data(), row_offsets_.data(), type, comm_);
+  const std::size_t width = static_cast<std::size_t>(column_width_);
+  for (int k = 0; k <= this->nz(); ++k) {
+    for (int r = 0; r < ranks_; ++r) {
+      const auto first = static_cast<std::size_t>(first_column(r)) * width;
+      const auto count = static_cast<std::size_t>(first_column(r + 1)) * width - first;
+      std::copy_n(rows_.data() + row_offsets_[static_cast<std::size_t>(r)] +
+                      static_cast<std::size_t>(k) * count,
+                  count, &line_[first]);
+    }
+    Real* row = plane + this->real_pitch() * static_cast<std::size_t>(k);
+    if (basis_x_ == Basis::faces) row[nx_ - 1] = Real(0);
+    inverse_x_(line_.data(), row);
+  }
+}
+
+template <class Real>
+std::size_t DividedTransform<Real>::bytes() const {
+  return sizeof(Real) * (line_.size() + rows_.size() + received_.size() + columns_.size());
+}
+
+template class DividedTransform<float>;
+template class DividedTransform<double>;
+
+}  // namespace bedload

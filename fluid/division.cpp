@@ -1,0 +1,146 @@
+#include "fluid/division.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "fluid/errors.hpp"
+
+namespace bedload {
+namespace {
+
+constexpr double marker_cost = 10.0;  // in cells: two loops against predictor and pressure
+constexpr double value_cost = 0.4;    // in cells: a number packed, sent, received and unpacked
+
+/// Cells along one direction that a sphere covers, with the share of its extent in each.
+struct Cover {
+  int cell;
+  double share;
+};
+
+std::vector<Cover> cover(const Grid& grid, const SphereState& sphere, int direction) {
+  const int cells = grid.cells[static_cast<std::size_t>(direction)];
+  const double diameter = 2.0 * sphere.radius / grid.h;  // in cells
+  const double low = sphere.position[direction] / grid.h - 0.5 * diameter, high = low + diameter;
+  std::vector<Cover> covered;
+  for (int n = static_cast<int>(std::floor(low)); n < high; ++n) {
+    const double inside = std::min(high, n + 1.0) - std::max(low, double(n));
+    const int cell =
+        grid.periodic(direction) ? ((n % cells) + cells) % cells : std::clamp(n, 0, cells - 1);
+    covered.push_back({cell, inside / diameter});
+  }
+  return covered;
+}
+
+bool fits(const Grid& grid, int y_parts, int z_parts) {
+  return y_parts <= grid.cells[1] && z_parts <= grid.cells[2];
+}
+
+/// Whether some division of `ranks` gives each a block.
+bool divisible(const Grid& grid, int ranks) {
+  for (int z_parts = 1; z_parts <= ranks; ++z_parts)
+    if (ranks % z_parts == 0 && fits(grid, ranks / z_parts, z_parts)) return true;
+  return false;
+}
+
+[[noreturn]] void refuse(const Grid& grid, int ranks, int z_parts) {
+  if (z_parts > 0 && ranks % z_parts != 0)
+    throw UserError(fmt::format(
+        "'ranks.along_z' is {}, but must divide the number of fluid ranks, {}.", z_parts, ranks));
+  if (z_parts > 0)
+    throw UserError(fmt::format(
+        "'ranks.along_z' = {} makes {} x {} blocks (y x z) of {} fluid ranks, but 'grid.cells' has "
+        "only {} planes along y and {} rows along z.",
+        z_parts, ranks / z_parts, z_parts, ranks, grid.cells[1], grid.cells[2]));
+  int fewer = ranks;
+  while (!divisible(grid, fewer)) --fewer;
+  throw UserError(fmt::format(
+      "The fluid runs on {} ranks, but the {} planes along y and {} rows along z of 'grid.cells' "
+      "cannot be divided into as many blocks; use {} fluid ranks.",
+      ranks, grid.cells[1], grid.cells[2], fewer));
+}
+
+}  // namespace
+
+MarkerMap::MarkerMap(const Grid& grid, std::span<const SphereState> spheres)
+    : rows_count_(grid.cells[2]),
+      planes_(static_cast<std::size_t>(grid.cells[1]), 0.0),
+      rows_(static_cast<std::size_t>(grid.cells[2]), 0.0),
+      below_((planes_.size() + 1) * (rows_.size() + 1), 0.0) {
+  for (const SphereState& sphere : spheres) {
+    const double diameter = 2.0 * sphere.radius / grid.h;
+    const double markers = std::numbers::pi * diameter * diameter;
+    const std::vector<Cover> across = cover(grid, sphere, 2);
+    for (const Cover& y : cover(grid, sphere, 1))
+      for (const Cover& z : across) {
+        const double here = markers * y.share * z.share;
+        planes_[static_cast<std::size_t>(y.cell)] += here;
+        rows_[static_cast<std::size_t>(z.cell)] += here;
+        below_[at(y.cell + 1, z.cell + 1)] += here;
+      }
+  }
+  for (int j = 1; j <= grid.cells[1]; ++j)
+    for (int k = 1; k <= grid.cells[2]; ++k)
+      below_[at(j, k)] += below_[at(j - 1, k)] + below_[at(j, k - 1)] - below_[at(j - 1, k - 1)];
+}
+
+std::size_t MarkerMap::at(int j, int k) const {
+  return static_cast<std::size_t>(j) * (static_cast<std::size_t>(rows_count_) + 1) +
+         static_cast<std::size_t>(k);
+}
+
+double MarkerMap::block(int first_plane, int end_plane, int first_row, int end_row) const {
+  return below_[at(end_plane, end_row)] - below_[at(first_plane, end_row)] -
+         below_[at(end_plane, first_row)] + below_[at(first_plane, first_row)];
+}
+
+double stage_time(const Grid& grid, const MarkerMap& markers, const Cuts& cuts) {
+  const double nx = grid.cells[0];
+  double most_cells = 0.0, most_markers = 0.0, most_sent = 0.0;
+  for (std::size_t y = 0; y + 1 < cuts.y.size(); ++y)
+    for (std::size_t z = 0; z + 1 < cuts.z.size(); ++z) {
+      const double planes = cuts.y[y + 1] - cuts.y[y], rows = cuts.z[z + 1] - cuts.z[z];
+      double sent = 0.0;
+      if (cuts.y_parts() > 1) sent += nx * rows * (6.0 + 6.0);
+      if (cuts.z_parts() > 1)
+        sent += nx * planes * (6.0 + 2.0 * rows * (1.0 - 1.0 / cuts.z_parts()));
+      most_cells = std::max(most_cells, nx * planes * rows);
+      most_markers =
+          std::max(most_markers, markers.block(cuts.y[y], cuts.y[y + 1], cuts.z[z], cuts.z[z + 1]));
+      most_sent = std::max(most_sent, sent);
+    }
+  return most_cells + marker_cost * most_markers + value_cost * most_sent;
+}
+
+Cuts choose_cuts(const Grid& grid, std::span<const SphereState> spheres, int ranks, int z_parts) {
+  constexpr int trials = 10;
+  const MarkerMap markers(grid, spheres);
+  const double nx = grid.cells[0], ny = grid.cells[1], nz = grid.cells[2];
+  std::vector<double> planes(static_cast<std::size_t>(grid.cells[1]));
+  std::vector<double> rows(static_cast<std::size_t>(grid.cells[2]));
+  Cuts best;
+  double shortest = std::numeric_limits<double>::infinity();
+  for (int parts = 1; parts <= ranks; ++parts) {
+    if (ranks % parts != 0 || (z_parts > 0 && parts != z_parts)) continue;
+    if (!fits(grid, ranks / parts, parts)) continue;
+    for (int trial = 0; trial <= trials; ++trial) {
+      const double weight = marker_cost * trial / trials;
+      for (std::size_t j = 0; j < planes.size(); ++j)
+        planes[j] = nx * nz + weight * markers.plane(static_cast<int>(j));
+      for (std::size_t k = 0; k < rows.size(); ++k)
+        rows[k] = nx * ny + weight * markers.row(static_cast<int>(k));
+      Cuts cuts{.y = divide_evenly(planes, ranks / parts), .z = divide_evenly(rows, parts)};
+      const double time = stage_time(grid, markers, cuts);
+      if (time >= shortest) continue;
+      shortest = time;
+      best = std::move(cuts);
+    }
+  }
+  if (best.y.empty()) refuse(grid, ranks, z_parts);
+  return best;
+}
+
+}  // namespace bedload
