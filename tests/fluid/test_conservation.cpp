@@ -23,6 +23,15 @@ const std::vector<Ends> all_ends{
     {no_slip, no_slip, no_slip},        {free_slip, periodic, open_channel},
     {under_a_lid, free_slip, no_slip}};
 
+/// The same for comparing numbers of ranks: with many ranks a few of them.
+std::vector<Ends> ends_to_divide() {
+  if (world_size() <= 2) return all_ends;
+  return {{periodic, open_channel, periodic},
+          {periodic, periodic, under_a_lid},
+          {no_slip, no_slip, no_slip},
+          {free_slip, periodic, open_channel}};
+}
+
 /// A constant bulk velocity where nothing stands in its way.
 void drive(Settings& s, double bulk_velocity) {
   if (s.boundary.x != periodic) return;
@@ -145,7 +154,7 @@ TEST(TimeScheme, ThirdOrder) {
 /// The same fields for any number of ranks in every split along y and z, ghosts included,
 /// pointwise, after some steps.
 TYPED_TEST(Conservation, FieldsDoNotDependOnTheRanks) {
-  for (const Ends& ends : all_ends) {
+  for (const Ends& ends : ends_to_divide()) {
     SCOPED_TRACE(name_of(ends));
     Settings s = disturbed(ends);
     drive(s, 1.0);
@@ -158,12 +167,12 @@ TYPED_TEST(Conservation, FieldsDoNotDependOnTheRanks) {
                                    whole.velocity(), true),
                 (ends[0] == periodic ? 20 : 100) * epsilon<TypeParam>());  // as above
     }
-    advance(whole, 10);
+    advance(whole, 4);
     for (const auto& channel : parallel) {
       const Decomposition& blocks = channel->decomposition();
       SCOPED_TRACE(testing::Message() << blocks.y_parts() << " x " << blocks.z_parts());
-      advance(*channel, 10);
-      // Ten steps, three solves each: round-off adds up and the flow amplifies it a little.
+      advance(*channel, 4);
+      // Four steps, three solves each: round-off adds up and the flow amplifies it a little.
       EXPECT_LT(largest_difference(channel->velocity(), blocks, whole.velocity(), true),
                 300 * epsilon<TypeParam>());
       // The pressure is a potential over dt: its round-off is that of u times length over stage
@@ -181,7 +190,7 @@ TYPED_TEST(Conservation, FieldsDoNotDependOnTheRanks) {
 /// forcing enters between predictor and projection. Budget, divergence, bulk velocity and
 /// independence of the ranks must hold as before.
 TEST(WithSpheres, BudgetAndDivergenceHoldAndFieldsDoNotDependOnTheRanks) {
-  for (const Ends& ends : all_ends) {
+  for (const Ends& ends : ends_to_divide()) {
     SCOPED_TRACE(name_of(ends));
     Settings s = disturbed(ends);
     drive(s, 1.0);
@@ -189,12 +198,12 @@ TEST(WithSpheres, BudgetAndDivergenceHoldAndFieldsDoNotDependOnTheRanks) {
         {.tag = 7, .position = {0.4, 0.31, 0.35}, .radius = 0.2, .mobile = false},
         {.tag = 9, .position = {1.2, 0.52, 0.1}, .velocity = {0.3, 0.1, 0.0}, .radius = 0.18}};
     Channel<double> whole(s, MPI_COMM_SELF, spheres);
-    advance_in_parts(whole, 4);
+    advance_in_parts(whole, 3);
     for (const int z_parts : splits(world_size())) {
       SCOPED_TRACE(testing::Message() << z_parts << " blocks along z");
       s.ranks.along_z = z_parts;
       Channel<double> parallel(s, MPI_COMM_WORLD, spheres);
-      for (int n = 0; n < 4; ++n) {
+      for (int n = 0; n < 3; ++n) {
         advance_in_parts(parallel, 1);
         EXPECT_LT(std::abs(parallel.momentum_residual()), 20 * epsilon<double>());
         EXPECT_LT(parallel.max_divergence(), 2000 * epsilon<double>());
@@ -214,8 +223,8 @@ TYPED_TEST(Conservation, FusedAndSeparateStagesAgreeExactly) {
   for (const int z_parts : splits(world_size())) {
     s.ranks.along_z = z_parts;
     Channel<TypeParam> fused(s, MPI_COMM_WORLD), parts(s, MPI_COMM_WORLD);
-    advance(fused, 4);
-    advance_in_parts(parts, 4);
+    advance(fused, 2);
+    advance_in_parts(parts, 2);
     double largest = 0.0;
     for (int j = -1; j <= fused.decomposition().planes(); ++j)
       for (std::size_t n = 0; n < fused.velocity().plane_size(); ++n)
