@@ -5,6 +5,7 @@ import subprocess
 import tempfile
 import threading
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,6 +30,7 @@ class Trial:
     output_seconds: float
     fluid_bytes: int
     dem_bytes: int
+    answer: object = None  # what `read` of run_trial made of the output folder
 
     @property
     def cells(self) -> tuple[int, int, int]:
@@ -67,8 +69,10 @@ def _peak_memory(parent: int, peaks: dict[int, tuple[str, int]], over: threading
         over.wait(POLL)
 
 
-def run_trial(work: job.Job, timeout: float | None = None) -> Trial:
-    """Runs `work`, whose output folder is replaced by one that is removed afterwards.
+def run_trial(
+    work: job.Job, read: Callable[[Path], object] = lambda _: None, timeout: float | None = None
+) -> Trial:
+    """Runs `work`, whose output folder is replaced by one that is removed after `read` has seen it.
 
     Raises UserError with the program's own words when the run fails.
     """
@@ -102,6 +106,7 @@ def run_trial(work: job.Job, timeout: float | None = None) -> Trial:
             seconds = {
                 row["part"]: float(row["seconds_mean_over_ranks"]) for row in csv.DictReader(stream)
             }
+        answer = read(out)
     memory = {
         program: sum(peak for name, peak in peaks.values() if name == program[:15])
         for program in ("bedload-fluid", "bedload-dem")
@@ -110,4 +115,5 @@ def run_trial(work: job.Job, timeout: float | None = None) -> Trial:
         settings, work.steps,
         {part: s / work.steps for part, s in seconds.items() if part not in NOT_A_STEP},
         seconds.get("output", 0.0), memory["bedload-fluid"], memory["bedload-dem"],
+        answer,
     )  # fmt: skip

@@ -1,0 +1,154 @@
+"""Hard cases over the time step and the knob that matters: pass, inaccurate, unstable, refused, stopped.
+
+Every case has a criterion that can fail (hard_cases.py). The map goes to stability.csv, .png and .html
+in the report's folder; runs that are in the table already are not repeated.
+"""
+
+import argparse
+import csv
+import re
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from bedload_launcher import job
+from bedload_launcher.errors import unknown
+from bedload_launcher.machine import cores
+from bedload_launcher.scenes import Scene
+
+from .hard_cases import CASES, REFUSED, STOPPED, UNSTABLE, HardCase, Verdict
+from .stability_report import write_report
+from .trajectories import Trajectories
+
+TIMEOUT = 1800  # s: a run that hangs is a verdict too
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One run of the map."""
+
+    case: str
+    value: str
+    courant: float
+    precision: str
+    verdict: str = ""
+    number: float = float("nan")
+    words: str = ""
+
+    def key(self) -> tuple:
+        return (self.case, self.value, self.courant, self.precision)
+
+
+def kind_of_end(words: str) -> str:
+    """A run that ended in a sentence: refused before its first step, stopped later, or blown up."""
+    step = re.search(r"step (\d+) \(t", words)
+    if step is None:
+        return REFUSED if "'time.step'" in words or "must be" in words else UNSTABLE
+    if "CFL" not in words:
+        return UNSTABLE
+    return REFUSED if int(step[1]) <= 1 else STOPPED
+
+
+def run_cell(case: HardCase, value, courant: float, precision: str, folder: Path) -> Cell:
+    """Writes the scene, runs it, judges it; the folder goes away."""
+    small = case.scene(value, 1.0)  # the cell's size, to know the time step
+    dt = courant * small.cell
+    scene = case.scene(value, dt)
+    scene.write(folder)
+    ranks = job.Ranks(int(value) if case.knob == "fluid ranks" else 1, 1)
+    keys = [f'accuracy.precision="{precision}"']
+    work = job.Job(Scene(folder), scene.model, ranks, folder / "out", keys)
+    (folder / "out").mkdir(exist_ok=True)
+    cell = (case.name, str(value), courant, precision)
+    try:
+        done = subprocess.run(
+            work.command(), cwd=folder, env=job.environment(), stdin=subprocess.DEVNULL,
+            capture_output=True, text=True, timeout=TIMEOUT, check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return Cell(*cell, UNSTABLE, float("nan"), f"no end after {TIMEOUT} s")
+    if done.returncode != 0:
+        said = [line for line in done.stderr.splitlines() if line.startswith("bedload")]
+        words = said[0] if said else f"status {done.returncode}"
+        return Cell(*cell, kind_of_end(words), float("nan"), words)
+    verdict: Verdict = case.judge(value, dt, Trajectories.of(folder / "out"))
+    shutil.rmtree(folder)
+    return Cell(*cell, verdict.kind, verdict.number, verdict.words)
+
+
+def plan(cases: list[HardCase], quick: bool) -> list[tuple]:
+    """(case, value, courant, precision): the map in double, its middle column also in single."""
+    cells = []
+    for case in cases:
+        middle = case.courant[len(case.courant) // 2]
+        for value in case.values:
+            steps = [middle] if quick else case.courant
+            cells += [(case, value, c, "double") for c in steps]
+            if not quick:
+                cells.append((case, value, middle, "single"))
+    return cells
+
+
+def read_table(file: Path) -> list[Cell]:
+    if not file.is_file():
+        return []
+    with file.open(newline="", encoding="utf-8") as stream:
+        return [
+            Cell(
+                row["case"], row["value"], float(row["courant"]), row["precision"], row["verdict"],
+                float(row["number"]), row["words"],
+            )
+            for row in csv.DictReader(stream)
+        ]  # fmt: skip
+
+
+def write_table(file: Path, cells: list[Cell]) -> None:
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        table = csv.DictWriter(stream, list(Cell.__dataclass_fields__), lineterminator="\n")
+        table.writeheader()
+        table.writerows(asdict(cell) for cell in cells)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--case", action="append", metavar="NAME", help="only this case; repeat")
+    parser.add_argument("--quick", action="store_true", help="one time step a value, double only")
+    parser.add_argument("--again", action="store_true", help="repeat what the table has already")
+    parser.add_argument("--jobs", type=int, default=cores(), help="runs at a time (default: cores)")
+    parser.add_argument(
+        "--out", type=Path, default=Path("runs/stability"), help="folder of the report"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    for name in options.case or []:
+        if name not in CASES:
+            raise unknown("case", name, CASES)
+    cases = [CASES[name] for name in options.case or CASES]
+    options.out.mkdir(parents=True, exist_ok=True)
+    table = options.out / "stability.csv"
+    done = {cell.key(): cell for cell in read_table(table)}
+
+    def one(entry) -> Cell:
+        case, value, courant, precision = entry
+        key = (case.name, str(value), courant, precision)
+        if key in done and not options.again:
+            return done[key]
+        folder = options.out / "runs" / "-".join(map(str, key))
+        shutil.rmtree(folder, ignore_errors=True)
+        return run_cell(case, value, courant, precision, folder.resolve())
+
+    with ThreadPoolExecutor(options.jobs) as pool:
+        for cell in pool.map(one, plan(cases, options.quick)):
+            done[cell.key()] = cell
+            print(
+                f"{cell.case:14} {cell.value:>9} c = {cell.courant:<4g} {cell.precision} "
+                f"{cell.verdict:10} {cell.number:.3g} {cell.words}",
+                flush=True,
+            )
+            write_table(table, list(done.values()))
+    write_report(options.out, list(done.values()))
+    print(f"Report: {options.out / 'stability.html'}", file=sys.stderr)
+    return 0

@@ -1,0 +1,96 @@
+"""The map of the hard cases as a picture and a page."""
+
+import base64
+import html
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  (the backend comes first)
+
+from .hard_cases import CASES, INACCURATE, PASS, REFUSED, STOPPED, UNSTABLE  # noqa: E402
+
+COLOURS = {
+    PASS: "#4c9f70", INACCURATE: "#e9c46a", UNSTABLE: "#c8553d", REFUSED: "#9aa5b1",
+    STOPPED: "#6b4f8a",
+}  # fmt: skip
+
+
+def draw_map(cells, file: Path) -> None:
+    """One panel a case: knob against Courant number; a dot inside a square is the single run."""
+    names = [name for name in CASES if any(c.case == name for c in cells)]
+    columns = 3
+    rows = -(-len(names) // columns)
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(4.2 * columns, 2.6 * rows), squeeze=False, layout="constrained"
+    )
+    for axis in axes.flat[len(names) :]:
+        axis.set_axis_off()
+    for axis, name in zip(axes.flat, names, strict=False):
+        case = CASES[name]
+        mine = [c for c in cells if c.case == name]
+        values = [str(v) for v in case.values]
+        steps = sorted({c.courant for c in mine})
+        for cell in mine:
+            x, y = steps.index(cell.courant), values.index(cell.value)
+            if cell.precision == "double":
+                axis.add_patch(
+                    plt.Rectangle(
+                        (x - 0.46, y - 0.46), 0.92, 0.92, color=COLOURS[cell.verdict], zorder=1
+                    )
+                )
+            else:
+                axis.plot(
+                    x, y, "o", ms=9, mfc=COLOURS[cell.verdict], mec="white", mew=1.5, zorder=2
+                )
+        axis.set(
+            xlim=(-0.5, len(steps) - 0.5), ylim=(-0.5, len(values) - 0.5), ylabel=case.knob,
+            xlabel="U dt / h", title=case.question,
+        )  # fmt: skip
+        axis.title.set_fontsize(9)
+        axis.set_xticks(range(len(steps)), [f"{s:g}" for s in steps])
+        axis.set_yticks(range(len(values)), values)
+        axis.spines[:].set_visible(False)
+        axis.tick_params(length=0)
+    handles = [plt.Rectangle((0, 0), 1, 1, color=c) for c in COLOURS.values()]
+    handles.append(plt.Line2D([], [], marker="o", ls="", ms=9, mfc="#777", mec="white"))
+    figure.legend(
+        handles, [*COLOURS, "single precision"], ncol=6, loc="lower center", frameon=False,
+        bbox_to_anchor=(0.5, -0.05),
+    )
+    figure.savefig(file, dpi=110, bbox_inches="tight")
+    plt.close(figure)
+
+
+def write_report(folder: Path, cells) -> None:
+    """stability.png and stability.html in `folder`."""
+    picture = folder / "stability.png"
+    draw_map(cells, picture)
+    image = base64.b64encode(picture.read_bytes()).decode()
+    parts = [
+        "<!doctype html><meta charset=utf-8><title>Hard cases</title>",
+        "<style>body{font:15px/1.5 sans-serif;max-width:62em;margin:2em auto;padding:0 1em}"
+        "table{border-collapse:collapse}td,th{padding:.15em .7em;text-align:left}"
+        "td.n{text-align:right}img{max-width:100%}</style>",
+        "<h1>Hard cases: what holds, and where the limit is</h1>",
+        f'<img src="data:image/png;base64,{image}" alt="map of the cases">',
+    ]
+    for name, case in CASES.items():
+        mine = [c for c in cells if c.case == name]
+        if not mine:
+            continue
+        criterion = " ".join((case.judge.__doc__ or "").split())
+        parts.append(f"<h2>{html.escape(case.question)}</h2><p>{html.escape(criterion)}</p>")
+        parts.append(
+            f"<table><tr><th>{html.escape(case.knob)}<th>U dt/h<th>precision<th>verdict<th>"
+            "number<th>"
+        )
+        parts += [
+            f"<tr><td>{html.escape(c.value)}<td>{c.courant:g}<td>{c.precision}"
+            f'<td style="color:{COLOURS[c.verdict]}">{c.verdict}<td class=n>{c.number:.3g}'
+            f"<td>{html.escape(c.words)}"
+            for c in mine
+        ]
+        parts.append("</table>")
+    (folder / "stability.html").write_text("\n".join(parts), encoding="utf-8")

@@ -1,0 +1,36 @@
+"""The quick ones of `./bedload study stability`: each hard case once, at a demanding time step."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from job import BIN
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "postproc"))
+
+from bedload_launcher import job as launcher_job  # noqa: E402  (needs the path above)
+from bedload_studies.hard_cases import CASES, PASS  # noqa: E402
+from bedload_studies.stability import run_cell  # noqa: E402
+
+# Case, value of its knob, Courant number, precision. What each asks is the criterion of its case.
+QUICK = [
+    ("density_ratio", 0.3, 0.3, "double"),  # unstable by its spin when the torque is handed over whole
+    ("density_ratio", 0.5, 0.1, "single"),
+    ("density_ratio", 50.0, 1.0, "double"),
+    ("spin", 2.0, 0.3, "double"),
+    ("impact", 100.0, 0.3, "double"),
+    ("impact", 5000.0, 0.3, "single"),
+    ("wedged", 0.8, 0.3, "double"),
+    ("cluster", 0.5, 0.3, "double"),
+    ("overlap", 0.2, 0.3, "double"),
+    ("corner", 4, 0.3, "double"),
+    ("coarse", 6, 0.3, "double"),
+    ("driving", -1.0, 0.3, "double"),
+]
+
+
+@pytest.mark.parametrize(("name", "value", "courant", "precision"), QUICK)
+def test_holds(name, value, courant, precision, tmp_path, monkeypatch):
+    monkeypatch.setattr(launcher_job, "BIN", BIN)
+    cell = run_cell(CASES[name], value, courant, precision, tmp_path / "scene")
+    assert cell.verdict == PASS, f"{cell.verdict}: {cell.words} ({cell.number})"
