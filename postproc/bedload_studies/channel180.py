@@ -80,7 +80,7 @@ def compare(s: flow_statistics.FlowStatistics) -> tuple[dict, flow_statistics.Wa
     """All numbers of the comparison."""
     mean, rms = columns(REFERENCE / "mkm180_mean.csv"), columns(REFERENCE / "channel180_rms.csv")
     p = flow_statistics.wall_profiles(s)
-    bulk = float(s["u"].mean())
+    bulk = float(np.average(s["u"], weights=np.diff(s["y_face"])))
     numbers = {
         "samples": s.samples,
         "Re_tau": p.reynolds,
