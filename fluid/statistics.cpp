@@ -293,24 +293,32 @@ std::vector<double> Statistics<Real>::averages(Quantity sum, Quantity count,
 }
 
 template <class Real>
+typename Statistics<Real>::Totals Statistics<Real>::totals() const {
+  const MPI_Comm comm = slabs_.comm();
+  return {all_ranks(sums_, comm), all_ranks(first_, comm), all_ranks(last_, comm),
+          all_ranks(spectra_, comm), all_ranks({wall_jump_[0], wall_jump_[1]}, comm)};
+}
+
+template <class Real>
 FlowStatistics Statistics<Real>::result() const {
-  const std::vector<double> sums = all_ranks(sums_, slabs_.comm());
-  const std::vector<double> first = all_ranks(first_, slabs_.comm());
-  const std::vector<double> last = all_ranks(last_, slabs_.comm());
-  const std::vector<double> spectra = all_ranks(spectra_, slabs_.comm());
-  std::vector<double> jumps = all_ranks({wall_jump_[0], wall_jump_[1]}, slabs_.comm());
-  const std::size_t n = planes_;
+  const Totals total = totals();
   FlowStatistics s;
   s.samples = samples_;
   s.begin = begin_;
   s.end = end_;
   if (samples_ == 0) return s;
-  const double plane_points = duration_ * double(grid_.cells[0]) * double(grid_.cells[2]);
-  const double density = settings_.fluid.density;
-  const double viscosity = settings_.fluid.kinematic_viscosity;
-
   for (int j = 0; j < grid_.cells[1]; ++j) s.y.push_back(grid_.centre(j));
   for (int j = -1; j < grid_.cells[1]; ++j) s.y_face.push_back(grid_.face(j));
+  fill_profiles(s, total);
+  fill_balance(s, total);
+  fill_friction(s);
+  fill_spectra(s, total);
+  return s;
+}
+
+template <class Real>
+void Statistics<Real>::fill_profiles(FlowStatistics& s, const Totals& total) const {
+  const std::vector<double>& sums = total.sums;
   // The lowest face is the lower wall's, where v is zero, or the uppermost one again.
   const auto with_lowest = [&](const std::vector<double>& upper_faces) {
     std::vector<double> all{grid_.periodic(1) ? upper_faces.back() : 0.0};
@@ -319,7 +327,8 @@ FlowStatistics Statistics<Real>::result() const {
   };
   const auto share = [&](Quantity count) {
     std::vector<double> values;
-    for (std::size_t j = 0; j < n; ++j) values.push_back(sums[count * n + j] / plane_points);
+    for (std::size_t j = 0; j < planes_; ++j)
+      values.push_back(sums[count * planes_ + j] / plane_points());
     return values;
   };
   s.fluid = share(count_p);
@@ -329,11 +338,12 @@ FlowStatistics Statistics<Real>::result() const {
   s.w = averages(w, count_w, sums);
   s.p = averages(p, count_p, sums);
   s.v = with_lowest(averages(v, count_v, sums));
+  // <a'b'> = <a b> - <a><b>, the means brought to where the product stands
   s.uu = averages(uu, count_u, sums);
   s.ww = averages(ww, count_w, sums);
   s.pp = averages(pp, count_p, sums);
   s.uw = averages(uw, count_uw, sums);
-  for (std::size_t j = 0; j < n; ++j) {
+  for (std::size_t j = 0; j < planes_; ++j) {
     s.uu[j] -= s.u[j] * s.u[j];
     s.ww[j] -= s.w[j] * s.w[j];
     s.pp[j] -= s.p[j] * s.p[j];
@@ -342,42 +352,51 @@ FlowStatistics Statistics<Real>::result() const {
   s.vv = with_lowest(averages(vv, count_v, sums));
   s.uv = with_lowest(averages(uv, count_uv, sums));
   s.vw = with_lowest(averages(vw, count_vw, sums));
-  for (std::size_t f = 0; f <= n; ++f) {
+  for (std::size_t f = 0; f <= planes_; ++f) {
     s.vv[f] -= s.v[f] * s.v[f];
     s.uv[f] -= s.v[f] * at_face(s.u, f);
     s.vw[f] -= s.v[f] * at_face(s.w, f);
   }
+}
 
+/// The fluxes through the faces, the solver's own, and what they do to each plane.
+template <class Real>
+void Statistics<Real>::fill_balance(FlowStatistics& s, const Totals& total) const {
+  const std::size_t n = planes_;
+  const double density = settings_.fluid.density;
+  const double viscosity = density * settings_.fluid.kinematic_viscosity;
+  const double* sum_u = total.sums.data() + u_all * n;
+  const double* sum_uv = total.sums.data() + uv_all * n;
   s.driving = driving_ / duration_;
   for (std::size_t end = 0; end < 2; ++end) {
     const double half_cell = end == 0 ? s.y.front() : grid_.length[1] - s.y.back();
-    s.wall_stress[end] = density * viscosity * jumps[end] / (2.0 * half_cell * plane_points);
+    s.wall_stress[end] = viscosity * total.wall_jump[end] / (2.0 * half_cell * plane_points());
   }
-  // Fluxes through the faces, the solver's own.
+  const auto slope = [&](std::size_t below, std::size_t above, double distance) {
+    return viscosity * (sum_u[above] - sum_u[below]) / (distance * plane_points());
+  };
   s.viscous.resize(n + 1);
   s.turbulent.resize(n + 1);
-  const double* sum_u = sums.data() + u_all * n;
-  const double* sum_uv = sums.data() + uv_all * n;
-  const auto slope = [&](std::size_t below, std::size_t above, double distance) {
-    return density * viscosity * (sum_u[above] - sum_u[below]) / (distance * plane_points);
-  };
   for (std::size_t f = 1; f < n; ++f) s.viscous[f] = slope(f - 1, f, s.y[f] - s.y[f - 1]);
+  for (std::size_t f = 1; f <= n; ++f) s.turbulent[f] = -density * sum_uv[f - 1] / plane_points();
   if (grid_.periodic(1)) {
     s.viscous[0] = s.viscous[n] = slope(n - 1, 0, s.y[0] + grid_.length[1] - s.y[n - 1]);
-    s.turbulent[0] = -density * sum_uv[n - 1] / plane_points;
+    s.turbulent[0] = s.turbulent[n];
   } else {
     s.viscous[0] = s.wall_stress[0];
     s.viscous[n] = -s.wall_stress[1];
   }
-  for (std::size_t f = 1; f <= n; ++f) s.turbulent[f] = -density * sum_uv[f - 1] / plane_points;
-  const double passed = end_ - begin_;
+  const double points = double(grid_.cells[0]) * double(grid_.cells[2]), passed = end_ - begin_;
   for (std::size_t j = 0; j < n; ++j) {
-    const double change = (last[j] - first[j]) / (double(grid_.cells[0]) * double(grid_.cells[2]));
+    const double change = (total.last[j] - total.first[j]) / points;
     s.acceleration.push_back(passed > 0.0 ? density * change / passed : 0.0);
     const double flux = s.viscous[j + 1] + s.turbulent[j + 1] - s.viscous[j] - s.turbulent[j];
     s.spheres.push_back(s.acceleration[j] - s.driving - flux / (s.y_face[j + 1] - s.y_face[j]));
   }
+}
 
+template <class Real>
+void Statistics<Real>::fill_friction(FlowStatistics& s) const {
   const bool clear = std::all_of(s.fluid.begin(), s.fluid.end(), [](double f) { return f == 1.0; });
   int walls = 0;
   double stress = 0.0;
@@ -386,34 +405,36 @@ FlowStatistics Statistics<Real>::result() const {
       ++walls;
       stress += std::abs(s.wall_stress[end]);
     }
-  if (!clear || walls == 0)
-    stress = std::abs(s.driving) * settings_.reference.height;
-  else
-    stress /= walls;
-  s.u_tau = std::sqrt(stress / density);
-  s.re_tau = s.u_tau * settings_.reference.height / viscosity;
-  if (clear && stress > 0.0) {
-    s.stress_defect = 0.0;
-    for (std::size_t f = 0; f <= n; ++f) {
-      const double lower = s.viscous.front() + s.turbulent.front();
-      const double upper = s.viscous.back() + s.turbulent.back();
-      const double line = lower + (upper - lower) * s.y_face[f] / grid_.length[1];
-      s.stress_defect =
-          std::max(*s.stress_defect, std::abs(s.viscous[f] + s.turbulent[f] - line) / stress);
-    }
+  stress = clear && walls > 0 ? stress / walls : std::abs(s.driving) * settings_.reference.height;
+  s.u_tau = std::sqrt(stress / settings_.fluid.density);
+  s.re_tau = s.u_tau * settings_.reference.height / settings_.fluid.kinematic_viscosity;
+  if (!clear || stress == 0.0) return;
+  const auto total = [&](std::size_t f) { return s.viscous[f] + s.turbulent[f]; };
+  s.stress_defect = 0.0;
+  for (std::size_t f = 0; f <= planes_; ++f) {
+    const double line = total(0) + (total(planes_) - total(0)) * s.y_face[f] / grid_.length[1];
+    s.stress_defect = std::max(*s.stress_defect, std::abs(total(f) - line) / stress);
   }
+}
 
+template <class Real>
+void Statistics<Real>::fill_spectra(FlowStatistics& s, const Totals& total) const {
   s.wavenumber_step = {2.0 * M_PI / grid_.length[0], 2.0 * M_PI / grid_.length[2]};
-  const std::size_t x = modes_of(grid_.cells[0]), z = modes_of(grid_.cells[2]);
-  auto next = spectra.begin();
+  auto next = total.spectra.begin();
+  const auto take = [&](int cells) {
+    std::vector<double> values;
+    for (std::size_t m = 0; m < modes_of(cells); ++m) values.push_back(*next++ / spectra_duration_);
+    return values;
+  };
   for (const int plane : spectrum_planes_) {
-    s.spectra.push_back({.height = grid_.centre(plane), .x = {}, .z = {}});
-    for (std::size_t c = 0; c < 3; ++c)
-      for (auto [to, modes] : {std::pair{&s.spectra.back().x[c], x}, {&s.spectra.back().z[c], z}}) {
-        for (std::size_t m = 0; m < modes; ++m) to->push_back(*next++ / spectra_duration_);
-      }
+    FlowStatistics::Spectra at;
+    at.height = s.y[static_cast<std::size_t>(plane)];
+    for (std::size_t c = 0; c < 3; ++c) {
+      at.x[c] = take(grid_.cells[0]);
+      at.z[c] = take(grid_.cells[2]);
+    }
+    s.spectra.push_back(std::move(at));
   }
-  return s;
 }
 
 template class Statistics<float>;

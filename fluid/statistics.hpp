@@ -101,6 +101,19 @@ class Statistics {
     quantities
   };
 
+  /// The sums of all ranks.
+  struct Totals {
+    std::vector<double> sums, first, last, spectra, wall_jump;
+  };
+  Totals totals() const;
+  /// Points of a plane times the time that the samples stand for.
+  double plane_points() const {
+    return duration_ * double(grid_.cells[0]) * double(grid_.cells[2]);
+  }
+  void fill_profiles(FlowStatistics& s, const Totals& total) const;
+  void fill_balance(FlowStatistics& s, const Totals& total) const;
+  void fill_friction(FlowStatistics& s) const;
+  void fill_spectra(FlowStatistics& s, const Totals& total) const;
   std::vector<double> averages(Quantity sum, Quantity count, std::span<const double> sums) const;
   double* at(Quantity q, int global_plane) {
     return sums_.data() + q * planes_ + static_cast<std::size_t>(global_plane);
