@@ -258,7 +258,49 @@ def on_wall(runner: Runner) -> Result:
     return result
 
 
+def _brenner(gap: float) -> float:
+    """Drag over 6 pi mu R U of a sphere on its way to a wall at gap/R (Brenner 1961)."""
+    alpha = math.acosh(1.0 + gap)
+    total = 0.0
+    for n in range(1, 400):
+        big = (2 * n + 1) * alpha
+        if big > 300:
+            break
+        above = 2 * math.sinh(big) + (2 * n + 1) * math.sinh(2 * alpha)
+        below = 4 * math.sinh(0.5 * big) ** 2 - (2 * n + 1) ** 2 * math.sinh(alpha) ** 2
+        total += n * (n + 1) / ((2 * n - 1) * (2 * n + 3)) * (above / below - 1)
+    return 4.0 / 3.0 * math.sinh(alpha) * total
+
+
+def film(runner: Runner) -> Result:
+    """What of the squeezing force beside a wall the grid resolves, and what lubrication has to add."""
+    result = Result("Squeezing force beside a wall: what the grid misses",
+                    axes=("gap / h", "force over 6 pi mu R U"))  # fmt: skip
+    for n, gaps in ((8, (0.15, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0)), (12, (0.3, 1.0, 2.0))):
+        missing, full, shifted = [], [], []
+        for gap in gaps:  # in cells; R = n/2 cells
+            run = runner("on_wall", f"film-{n}-{gap}", {
+                "grid.cells": [5 * n] * 3, "grid.length": [5.0, 5.0, 5.0],
+                "boundary.y_upper_velocity": [0.0, 0.0, 0.0], "time.step": DIFFUSION / n**2,
+                "time.end": 1.0,
+            }, {"speed": 1.0, "length": 5.0, "height": 5.0, "x": 2.53, "z": 2.47,
+                "y": 0.5 + gap / n})  # fmt: skip
+            exact = _brenner(2.0 * gap / n)
+            found = float(_last_load(run)[0][1]) / (3.0 * math.pi)
+            missing.append(exact - found)
+            full.append(0.5 * n / gap if gap < 2 else 0.0)
+            shifted.append(0.5 * n / gap - 0.25 * n if gap < 2 else 0.0)
+            result.rows.append(Row(f"resolved force, gap {gap} h, D/h = {n} (1/gap adds "
+                                   f"{full[-1]:.2f}, 1/gap - 1/2h {shifted[-1]:.2f})", found, exact,
+                                   source="Brenner 1961"))  # fmt: skip
+        result.curves.append(Curve(f"missing, D/h = {n}", gaps, missing, points=True))
+        if n == 8:
+            result.curves.append(Curve("R/gap (shipped)", gaps, full))
+            result.curves.append(Curve("R/gap - R/2h", gaps, shifted))
+    return result
+
+
 CASES = {
     "array": array, "offsets": offsets, "rotation": rotation, "shear": shear, "stream": stream,
-    "touching": touching, "on_wall": on_wall,
+    "touching": touching, "on_wall": on_wall, "film": film,
 }  # fmt: skip
