@@ -31,19 +31,26 @@ FixLubrication::FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
     double* value;
   } keywords[] = {{{"viscosity", 0, false, unbounded}, &viscosity_setting_},
                   {{"range", 0, false, unbounded}, &range_setting_},
-                  {{"gapMin", 0, false, 1}, &smallest_gap_}};
+                  {{"gapMin", 0, false, 1}, &smallest_gap_},
+                  {{"unresolved", 0, false, unbounded}, &unresolved_}};
   for (int n = 3; n < narg; n += 2) {
     const auto* k = std::find_if(std::begin(keywords), std::end(keywords),
                                  [&](const auto& known) { return known.rule.name == arg[n]; });
     if (k == std::end(keywords)) {
-      stop_run(lmp, fmt::format("{}: unknown keyword '{}', there are viscosity, range and gapMin",
-                                style_name, arg[n]));
+      stop_run(
+          lmp,
+          fmt::format("{}: unknown keyword '{}', there are viscosity, range, gapMin and unresolved",
+                      style_name, arg[n]));
     }
     if (n + 1 == narg) {
       stop_run(lmp, fmt::format("{}: {} needs a number behind it", style_name, arg[n]));
     }
     *k->value = read_number(lmp, style_name, arg[n], arg[n + 1]);
     check_number(lmp, style_name, k->rule, *k->value);
+  }
+  if (unresolved_ > 0 && range_setting_ > 0) {
+    stop_run(lmp,
+             fmt::format("{}: unresolved gives the range itself; leave out range", style_name));
   }
   viscosity_now_ = viscosity_setting_;
 }
@@ -72,7 +79,7 @@ void FixLubrication::prepare() {
   range_ = range_setting_;
   if (range_ == 0) {
     const FluidValue h = FluidValue::find(lmp, "cell_size", "fluidCellSize");
-    if (h.known()) range_ = 2 * h.get();
+    if (h.known()) range_ = (unresolved_ > 0 ? unresolved_ : 2) * h.get();
   }
   const char* missing = !viscosity_.known() ? "viscosity" : range_ == 0 ? "range" : nullptr;
   if (missing != nullptr) {
@@ -97,8 +104,13 @@ void FixLubrication::add(int i, int j, double gap, double effective_radius, doub
                          const double* n, const double* wall_velocity) {
   const auto outside = [&](int k) { return (atom->mask[k] & groupbit) == 0; };
   if (gap > range_ || outside(i) || (j >= 0 && outside(j))) return;
-  const double c = contact::lubrication_coefficient(viscosity_.get(), effective_radius, gap,
-                                                    smallest_gap_ * smaller_radius);
+  const auto coefficient = [&](double at) {
+    return contact::lubrication_coefficient(viscosity_.get(), effective_radius, at,
+                                            smallest_gap_ * smaller_radius);
+  };
+  // What the grid resolves of the film is in the fluid's force already.
+  const double c = coefficient(gap) - (unresolved_ > 0 ? coefficient(range_) : 0);
+  if (c <= 0) return;
   Film film{i, j, c, {n[0], n[1], n[2]}, {0, 0, 0}};
   if (wall_velocity != nullptr) std::copy_n(wall_velocity, 3, film.wall_velocity.begin());
   films_.push_back(film);

@@ -61,7 +61,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   double inverse_mass(int i) const;
   void load_spheres();
 
-  double viscosity_setting_ = 0, range_setting_ = 0, smallest_gap_ = 3e-3;
+  double viscosity_setting_ = 0, range_setting_ = 0, smallest_gap_ = 3e-3, unresolved_ = 0;
   double viscosity_now_ = 0, range_ = 0;
   FluidValue viscosity_;
   Mobility mobility_;

@@ -62,7 +62,7 @@ CASES = {
     ),
     "lubrication keyword": (
         dict(lines=[f"{FILM} visc 1e-3"]),
-        ["unknown keyword 'visc'", "viscosity, range and gapMin"],
+        ["unknown keyword 'visc'", "viscosity, range, gapMin and unresolved"],
     ),
     "two lubrications": (
         dict(lines=[f"{FILM} viscosity 1e-3 range 1e-3", "fix b all lubrication"]),

@@ -54,6 +54,20 @@ def gaps(scene, state):
     )
 
 
+def test_only_what_the_grid_lacks(tmp_path):
+    """With 1/ζ - 1/δ the gap follows ln(ζ/ζ0) - (ζ - ζ0)/δ = -F t/(6πμR²): 15 % narrower than with the
+    whole film at the time below (inertia and the step are worth 1e-3)."""
+    scene = pushed_pair(15, settings="unresolved 0.65")
+    scene.lines.insert(0, f"fix h all property/global fluidCellSize scalar {RANGE / 0.65!r}")
+    r = [D / 4, D / 2]
+    t = 6 * np.pi * MU * r[0] ** 2 / PUSH
+    steps = round(t / scene.dt)
+    scene.run(tmp_path, [f"run {steps}", *dump_now("end.dump")])
+    for found, radius in zip(gaps(scene, read_dump(tmp_path / "end.dump")), r, strict=True):
+        left = np.log(found / GAP) - (found - GAP) / RANGE
+        assert left == pytest.approx(-PUSH * t / (6 * np.pi * MU * radius**2), rel=5e-3)
+
+
 @pytest.mark.parametrize("d2", [D, D / 4])
 def test_gap_closes_as_it_should(tmp_path, d2):
     """A film that rules (inertia delays it by m F ζ0/(6πμR²)² < 5e-4 of the gap): exponential approach, R_eff² of the
