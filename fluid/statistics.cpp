@@ -327,8 +327,10 @@ void Statistics<Real>::fill_profiles(FlowStatistics& s, const Totals& total) con
   };
   const auto share = [&](Quantity count) {
     std::vector<double> values;
-    for (std::size_t j = 0; j < planes_; ++j)
-      values.push_back(sums[count * planes_ + j] / plane_points());
+    for (std::size_t j = 0; j < planes_; ++j) {
+      const double part = sums[count * planes_ + j] / plane_points();
+      values.push_back(part > 1.0 - 1e-9 ? 1.0 : part);  // one point is more than the round-off
+    }
     return values;
   };
   s.fluid = share(count_p);
