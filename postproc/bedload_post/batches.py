@@ -14,7 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
-BATCHES = 10
+MOST_BATCHES = 10
+FEWEST_BATCHES = 4  # t_{0.975, 3} = 3.2; with fewer the interval says little
+
+
+def batches_of(memory_times: float) -> int:
+    """How many batches a record of so many memory times bears: none shorter than one of them."""
+    return int(min(max(memory_times, FEWEST_BATCHES), MOST_BATCHES))
 
 
 @dataclass(frozen=True)
@@ -36,7 +42,7 @@ class Estimate:
         return f"{self.mean:.3f} ± {self.half_width:.3f}"
 
 
-def estimate(values: np.ndarray, batches: int = BATCHES) -> Estimate:
+def estimate(values: np.ndarray, batches: int = MOST_BATCHES) -> Estimate:
     """From a series of equal steps in time, at least one value to a batch."""
     count = min(batches, len(values))
     means = np.array([part.mean() for part in np.array_split(np.asarray(values, float), count)])

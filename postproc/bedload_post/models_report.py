@@ -63,6 +63,7 @@ def numbers(case: Case) -> dict:
         "grains": len(np.unique(phases.tag)),
         "mean_velocity": velocity.mean,
         "mean_velocity_interval": velocity.half_width,
+        "batches": len(velocity.batches),
         "batch_memory": velocity.memory,
         "mean_height": mean_y,
         "spread_of_height": float(np.sqrt(((y - mean_y) ** 2 * density).sum() * width)),
@@ -117,6 +118,7 @@ def _rows(values: Sequence[dict], with_paper: bool) -> list[list[str]]:
         row(f"Shields number (critical: {CRITICAL_SHIELDS})", plain("shields", 4)),
         row("flow-throughs measured", plain("flow_throughs", 1)),
         row("flow-throughs discarded before", plain("discarded_flow_throughs", 1)),
+        row("batches", plain("batches", 0)),
         row("correlation of neighbouring batches", plain("batch_memory", 2)),
     ]
     return rows

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .batches import BATCHES, Estimate, estimate
+from .batches import FEWEST_BATCHES, Estimate, batches_of, estimate
 from .frames import Frames, frames, known_columns, time_ranges
 from .outputs import MissingOutput, Run
 from .states import CREEPING, JUMPING, NAMES, Phases, analyse
@@ -23,6 +23,7 @@ class Transport:
     """Sums over the samples of one run; histograms leave out what lies beyond their edges."""
 
     phases: Phases
+    batches: int = FEWEST_BATCHES  # of one flow-through time or longer where the record allows it
     time: list[np.ndarray] = field(default_factory=list)
     velocity: list[np.ndarray] = field(default_factory=list)  # mean over the grains, per instant
     height: list[np.ndarray] = field(default_factory=list)
@@ -35,13 +36,13 @@ class Transport:
     def series(self, name: str) -> np.ndarray:
         return np.concatenate(getattr(self, name))
 
-    def mean(self, name: str, batches: int = BATCHES) -> Estimate:
+    def mean(self, name: str) -> Estimate:
         """Mean of a series with its interval."""
-        return estimate(self.series(name), batches)
+        return estimate(self.series(name), self.batches)
 
-    def share_of(self, state: int, batches: int = BATCHES) -> Estimate:
+    def share_of(self, state: int) -> Estimate:
         """Share of time in `state`."""
-        return estimate(self.series("share")[:, state], batches)
+        return estimate(self.series("share")[:, state], self.batches)
 
     @property
     def samples(self) -> int:
@@ -143,6 +144,8 @@ def measure(run: Run, since: float = 0.0) -> Transport:
     counter = _Counter(phases, run.bulk_velocity, run.diameter)
     for part in frames(run.sample_blocks(since=since)):
         counter.add(part)
+    record = max(last for _, last in ranges.values()) - min(first for first, _ in ranges.values())
+    counter.result.batches = batches_of(record * run.bulk_velocity / run.box[0])
     return counter.result
 
 

@@ -11,7 +11,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from bedload_post import bed_friction, flow_statistics, models_report, transport
-from bedload_post.batches import estimate
+from bedload_post.batches import batches_of, estimate
 from bedload_post.frames import frames, grains_per_instant, time_ranges
 from bedload_post.outputs import MissingOutput, Run, Samples
 from bedload_post.states import CREEPING, JUMPING, RESTING
@@ -114,6 +114,10 @@ def test_interval_of_independent_batches_holds_the_mean_in_95_of_100():
         held += abs(found.mean - 2.0) < found.half_width
     # Binomial: 380 +- 4.4; five standard deviations.
     assert 358 <= held <= 400
+
+
+def test_batches_are_flow_throughs_where_the_record_is_long_enough():
+    assert [batches_of(n) for n in (0.3, 5.9, 33.0)] == [4, 5, 10]
 
 
 def test_interval_is_student_s():
