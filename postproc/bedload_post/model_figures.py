@@ -93,7 +93,7 @@ def jumping(cases: Sequence[Case], file: Path) -> None:
             counts = np.histogram(values, edges)[0] / (len(values) * np.diff(edges))
             label = f"{case.label}: {len(values)} jumps, mean {values.mean():.3f} D"
             height.stairs(np.where(counts > 0, counts, np.nan), edges, color=case.colour, label=label)
-    spin.set(xlabel="ω₃ D / u_b while jumping", ylabel="PDF", xlim=(-2, 1))
+    spin.set(xlabel="ω₃ D / u_b while jumping", ylabel="PDF", xlim=(-1, 0.5))
     height.set(xlabel="jump height / D", ylabel="PDF", yscale="log")
     spin.legend(frameon=False)
     height.legend(frameon=False, fontsize=8)
@@ -114,7 +114,7 @@ def creeping(cases: Sequence[Case], file: Path) -> None:
     slip.plot([0, longest], [0, -longest], "--", color="#999999", lw=1, label="slides: −L")
     slip.axhline(0, color="#999999", lw=0.8, label="rolls: 0")
     speed.set(xlabel="u_p / u_b while creeping", ylabel="PDF", xlim=(-0.2, 0.8))
-    spin.set(xlabel="ω₃ D / u_b while creeping", xlim=(-2, 1))
+    spin.set(xlabel="ω₃ D / u_b while creeping", xlim=(-1, 0.5))
     slip.set(xlabel="L / D", ylabel="mean L_slip / D", xlim=(0, longest))
     speed.legend(frameon=False)
     slip.legend(frameon=False, fontsize=8)

@@ -53,8 +53,8 @@ class Transport:
         return _density(HEIGHT_EDGES, self.by_height[0])
 
     def over_height(self, row: int) -> tuple[np.ndarray, np.ndarray]:
-        """(y/D, mean omega_3 (row 1) or mean u_p (row 2)); where at least 20 samples lie."""
-        enough = self.by_height[0] >= 20
+        """(y/D, mean omega_3 (row 1) or mean u_p (row 2)); where at least 50 samples lie."""
+        enough = self.by_height[0] >= 50
         with np.errstate(invalid="ignore"):
             return _centres(HEIGHT_EDGES)[enough], (self.by_height[row] / self.by_height[0])[enough]
 
