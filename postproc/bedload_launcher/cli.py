@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from . import accuracy
 from . import bench as measure
 from . import estimate as predict
 from . import job
@@ -49,13 +50,14 @@ def claim_output(out: Path) -> None:
 def run(options: argparse.Namespace) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
-    name = f"{scene.name}-{model}" if model else scene.name
+    settings = accuracy.settings_of(options.accuracy, scene, options.set)
+    name = "-".join(filter(None, (scene.name, model, options.accuracy)))
     out = (options.out or Path("runs") / name).resolve()
     ranks = job.Ranks.parse(options.ranks)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
     claim_output(out)
     out.mkdir(parents=True, exist_ok=True)
-    work = job.Job(scene, model, ranks, out, options.set, options.steps)
+    work = job.Job(scene, model, ranks, out, settings, options.steps)
     print(f"bedload: {work.summary()}; output in {out}", flush=True)
     status = job.run(work.command(), scene.folder)
     if status != 0:
@@ -100,11 +102,17 @@ def estimate(options: argparse.Namespace) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
     ranks = job.Ranks.parse(options.ranks)
-    cells = scene.cells(options.set)
+    settings = accuracy.settings_of(options.accuracy, scene, options.set)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
     say = lambda text: print(text, file=sys.stderr, flush=True)  # noqa: E731
-    cost = predict.estimate(scene, model, ranks, options.set, cells, say)
+    cost = predict.estimate(scene, model, ranks, settings, scene.cells(settings), say)
     print(predict.describe(cost, ranks, scene.moves_grains, available_memory()))
+    errors = accuracy.measured_errors(options.accuracy or "standard")
+    if errors and scene.moves_grains:
+        print(
+            f"errors found   {', '.join(errors)}, with ten cells to a diameter before the preset "
+            "(postproc/reports/accuracy)"
+        )
     return 0
 
 
@@ -144,6 +152,10 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     )  # fmt: skip
     sub.add_argument("--model", help="collision model: a file of inputs/models, without its ending")
     sub.add_argument(
+        "--accuracy", metavar="PRESET",
+        help="; ".join(f"{name}: {p.sentence}" for name, p in accuracy.PRESETS.items()),
+    )  # fmt: skip
+    sub.add_argument(
         "--ranks", metavar="FLUID:DEM",
         help="MPI ranks of the fluid and of LIGGGHTS (default: every core, and 1 that sleeps)",
     )  # fmt: skip
@@ -160,6 +172,7 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     sub = command("estimate", estimate, "say what a scene needs in memory and time before it is run")
     sub.add_argument("scene", nargs="?", default=DEFAULT, metavar="SCENE", help="as for run")
     sub.add_argument("--model", help="as for run")
+    sub.add_argument("--accuracy", metavar="PRESET", help="as for run")
     sub.add_argument("--ranks", metavar="FLUID:DEM", help="as for run")
     sub.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as for run")
 

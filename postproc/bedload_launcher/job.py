@@ -87,6 +87,9 @@ class Job:
             dem = [str(BIN / "bedload-dem"), "-in", "in.liggghts", "-var", "out", str(self.out)]
             if self.model:
                 dem += ["-var", "model", self.model]
+            if self.scene.declares("cell") and "cell" not in self.variables:
+                # The script's h follows the grid that this run has.
+                dem += ["-var", "cell", repr(self.scene.cell_size(self.overrides))]
             for name, value in self.variables.items():
                 dem += ["-var", name, value]
             dem += ["-log", str(self.out / "log.liggghts")]

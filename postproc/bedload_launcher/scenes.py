@@ -46,17 +46,31 @@ class Scene:
         return found[1] if found else None
 
     def cells(self, overrides: Sequence[str] = ()) -> tuple[int, int, int]:
-        """Cells along x, y and z by fluid.toml and by the last of `overrides` that says otherwise."""
-        text = (self.folder / "fluid.toml").read_text(encoding="utf-8")
-        try:
-            cells = tomllib.loads(text)["grid"]["cells"]
-            for line in overrides:
-                if line.split("=")[0].strip() == "grid.cells":
-                    cells = tomllib.loads(line)["grid"]["cells"]
-            nx, ny, nz = (int(n) for n in cells)
-        except (tomllib.TOMLDecodeError, KeyError, TypeError, ValueError):
-            raise UserError(f"{self.folder}/fluid.toml: grid.cells must be three numbers.") from None
+        """Cells along x, y and z, the last of `overrides` that says otherwise included."""
+        nx, ny, nz = (int(n) for n in self._grid("cells", overrides))
         return nx, ny, nz
+
+    def cell_size(self, overrides: Sequence[str] = ()) -> float:
+        """h along x [L]."""
+        return self._grid("length", overrides)[0] / self._grid("cells", overrides)[0]
+
+    def _grid(self, key: str, overrides: Sequence[str]) -> list[float]:
+        texts = [(self.folder / "fluid.toml").read_text(encoding="utf-8")]
+        texts += [line for line in overrides if line.split("=")[0].strip() == f"grid.{key}"]
+        try:
+            values = [tomllib.loads(text)["grid"][key] for text in texts][-1]
+            if len(values) == 3 and all(value > 0 for value in values):
+                return values
+        except (tomllib.TOMLDecodeError, KeyError, TypeError):
+            pass
+        raise UserError(f"{self.folder}/fluid.toml: grid.{key} must be three numbers above 0.")
+
+    def declares(self, variable: str) -> bool:
+        """Whether the script has a line `variable NAME index ...` that the command line may set."""
+        if not self.moves_grains:
+            return False
+        text = self.script.read_text(encoding="utf-8")
+        return re.search(rf"^\s*variable\s+{variable}\s+index\s", text, re.MULTILINE) is not None
 
     def summary(self) -> str:
         """The first sentence of the scene's README, its title left out."""

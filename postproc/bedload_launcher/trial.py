@@ -54,7 +54,7 @@ def _descendants(parent: int) -> list[int]:
     return found
 
 
-def _peak_memory(parent: int, peaks: dict[int, tuple[str, int]], over: threading.Event) -> None:
+def watch_memory(parent: int, peaks: dict[int, tuple[str, int]], over: threading.Event) -> None:
     """Notes name and peak resident bytes of every process under `parent` until `over` is set."""
     while not over.is_set():
         for process in _descendants(parent):
@@ -86,7 +86,7 @@ def run_trial(
             work.command(), cwd=work.scene.folder, env=job.environment(), stdin=subprocess.DEVNULL,
             stdout=words, stderr=subprocess.STDOUT,
         ) as running:  # fmt: skip
-            watch = threading.Thread(target=_peak_memory, args=(running.pid, peaks, over))
+            watch = threading.Thread(target=watch_memory, args=(running.pid, peaks, over))
             watch.start()
             try:
                 running.wait(timeout)

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from bedload_launcher import cli, job, machine, scenes, studies
+from bedload_launcher import accuracy, cli, job, machine, scenes, studies
 from bedload_launcher.errors import UserError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -192,3 +192,29 @@ def test_a_study_is_a_module_with_run_and_its_first_sentence(tmp_path, monkeypat
     assert studies.all_studies() == {"drag": "How drag converges with D/h."}
     with pytest.raises(UserError, match="no study 'darg'; the nearest is 'drag'"):
         studies.run_study("darg", [], None)
+
+
+def test_a_preset_keeps_proportions_and_courant_number(tmp_path):
+    scene = scene_in(tmp_path / "s", "variable model index rpm\nvariable cell index 0.1\n")
+    (scene.folder / "fluid.toml").write_text(
+        "[grid]\ncells = [160, 90, 80]\nlength = [16.0, 9.0, 8.0]\n[time]\nstep = 0.04\n"
+    )
+    settings = accuracy.settings_of("draft", scene, ["time.end=1"])
+    assert settings == [
+        'accuracy.precision="single"', "spheres.forcing_loops=1", "grid.cells=[128, 72, 64]",
+        "time.step=0.05", "time.end=1",
+    ]  # fmt: skip
+    # The script hears of the new cell, else rpm would start its grain at the wrong height.
+    line = job.Job(scene, "rpm", job.Ranks(1, 1), tmp_path / "o", settings).command()
+    assert line[line.index("cell") - 1 : line.index("cell") + 2] == ["-var", "cell", "0.125"]
+    assert accuracy.settings_of("standard", scene, []) == ['accuracy.precision="double"']
+    assert accuracy.settings_of(None, scene, ["a=1"]) == ["a=1"]
+    with pytest.raises(UserError, match="no accuracy 'fin'; the nearest is 'fine'"):
+        accuracy.settings_of("fin", scene, [])
+
+
+def test_a_grid_that_no_other_matches_has_no_preset(tmp_path):
+    scene = scene_in(tmp_path / "s")
+    (scene.folder / "fluid.toml").write_text("[grid]\ncells = [97, 53, 31]\nlength = [97, 53, 31]\n")
+    with pytest.raises(UserError, match="97 x 53 x 31 cells, which no grid near 0.8"):
+        accuracy.settings_of("draft", scene, [])

@@ -1,0 +1,76 @@
+"""The presets of `--accuracy`: how finely any scene is computed.
+
+A preset changes the scene's grid in proportion (so that boxes and beds stay what they are), the time
+step with it at the same Courant number, the storage precision and the forcing loops. `standard` leaves
+the scene as its author made it, but for the precision.
+"""
+
+import csv
+import math
+import tomllib
+from dataclasses import dataclass
+
+from .build import ROOT
+from .errors import UserError, unknown
+from .scenes import Scene
+
+MEASURED = ROOT / "postproc" / "reports" / "accuracy" / "accuracy.csv"
+
+
+@dataclass(frozen=True)
+class Preset:
+    """resolution: cells per length over the scene's own; forcing_loops 0: the scene's own."""
+
+    resolution: float
+    precision: str
+    forcing_loops: int
+    sentence: str
+
+
+PRESETS = {
+    "draft": Preset(0.8, "single", 1, "a coarser grid in single precision"),
+    "standard": Preset(1.0, "double", 0, "the scene as it stands"),
+    "fine": Preset(1.4, "double", 2, "a finer grid and a second forcing loop"),
+}
+
+
+def settings_of(name: str | None, scene: Scene, overrides: list[str]) -> list[str]:
+    """Values of fluid.toml for preset `name`; what the user sets comes after them and wins."""
+    if name is None:
+        return overrides
+    if name not in PRESETS:
+        raise unknown("accuracy", name, PRESETS)
+    preset = PRESETS[name]
+    own = [f'accuracy.precision="{preset.precision}"']
+    if preset.forcing_loops and scene.moves_grains:
+        own.append(f"spheres.forcing_loops={preset.forcing_loops}")
+    if preset.resolution != 1.0:
+        own += _finer(scene, preset.resolution, name)
+    return [*own, *overrides]
+
+
+def _finer(scene: Scene, resolution: float, name: str) -> list[str]:
+    """The grid nearest to `resolution` times the scene's own that keeps its proportions."""
+    cells = scene.cells()
+    unit = math.gcd(*cells)
+    times = max(1, round(resolution * unit))
+    if times == unit:
+        raise UserError(
+            f"{scene.name} has {cells[0]} x {cells[1]} x {cells[2]} cells, which no grid near "
+            f"{resolution:g} times as fine keeps in proportion, so --accuracy {name} cannot be had."
+        )
+    grid = [n * times // unit for n in cells]
+    lines = [f"grid.cells={grid}"]
+    time = tomllib.loads((scene.folder / "fluid.toml").read_text(encoding="utf-8"))["time"]
+    if "step" in time:
+        lines.append(f"time.step={time['step'] * unit / times!r}")
+    return lines
+
+
+def measured_errors(name: str) -> list[str]:
+    """What the kept study found for a preset, one phrase a case; empty before it was ever run."""
+    if not MEASURED.is_file():
+        return []
+    with MEASURED.open(newline="", encoding="utf-8") as stream:
+        rows = [row for row in csv.DictReader(stream) if row["label"] == f"preset {name}"]
+    return [f"{row['case'].replace('_', ' ')} {100 * float(row['error']):+.1f} %" for row in rows]
