@@ -11,13 +11,17 @@
 #include "fluid/bandwidth.hpp"
 #include "fluid/channel.hpp"
 #include "fluid/errors.hpp"
+#include "tests/performance/message_counter.hpp"
 
 // How fast the channel solver is, beside the memory bandwidth that the same ranks reach in the same
 // run. One line of JSON per row:
-//   mcells_per_s       million cells times full Runge-Kutta steps (three pressure solves) per
-//   second bytes_per_cell     growth of the peak resident memory of all ranks by the solver, per
-//   cell triad_gb_s         a = b + s c, 24 bytes counted per element, all ranks together
-//   roofline_fraction  rate times 480 bytes (240 in single precision) over the triad bandwidth
+//   blocks               how the ranks divide y x z
+//   mcells_per_s         million cells times full Runge-Kutta steps (three pressure solves) per
+//                        second
+//   bytes_per_cell       growth of the peak resident memory of all ranks by the solver, per cell
+//   bytes_sent_per_cell  sent between ranks in one step, per cell
+//   triad_gb_s           a = b + s c, 24 bytes counted per element, all ranks together
+//   roofline_fraction    rate times 480 bytes (240 in single precision) over the triad bandwidth
 // Medians over the repeats.
 
 namespace bedload {
@@ -57,13 +61,17 @@ double peak_memory() {
 void forget_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5\n"; }
 
 struct Row {
-  std::array<int, 3> cells;
-  std::string precision;
-  double rate, bytes_per_cell;
+  std::string blocks, precision;
+  double rate, bytes_per_cell, sent_per_cell;
 };
 
+double sum_over_ranks(double value) {
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
+  return value;
+}
+
 template <class Real>
-Row measure(const std::array<int, 3>& cells, double seconds, int repeats) {
+Row measure(const std::array<int, 3>& cells, int along_z, double seconds, int repeats) {
   Settings s;
   s.grid.cells = cells;
   for (std::size_t d = 0; d < 3; ++d) s.grid.length[d] = double(cells[d]) / cells[1];
@@ -74,6 +82,7 @@ Row measure(const std::array<int, 3>& cells, double seconds, int repeats) {
   s.start.velocity = 1.0;
   s.start.disturbance = 0.2;
   s.time.step = 0.2 / cells[1];
+  s.ranks.along_z = along_z;
 
   forget_peak_memory();
   const double before = peak_memory();
@@ -85,16 +94,20 @@ Row measure(const std::array<int, 3>& cells, double seconds, int repeats) {
     }
   };
   steps(2);
+  const auto sent_before = bytes_sent();
   double once = seconds_of([&] { steps(2); }) / 2.0;
+  const double sent = sum_over_ranks(static_cast<double>(bytes_sent() - sent_before)) / 2.0;
   MPI_Bcast(&once, 1, MPI_DOUBLE, 0, MPI_COMM_WORLD);
   const int count = std::max(1, static_cast<int>(seconds / repeats / once));
   std::vector<double> rates;
   for (int n = 0; n < repeats; ++n)
     rates.push_back(1e-6 * count * channel.grid().cell_count() / seconds_of([&] { steps(count); }));
-  double bytes = peak_memory() - before;
-  MPI_Allreduce(MPI_IN_PLACE, &bytes, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
-  return {cells, sizeof(Real) == 4 ? "single" : "double", median(rates),
-          bytes / channel.grid().cell_count()};
+  const double bytes = sum_over_ranks(peak_memory() - before);
+  const Decomposition& blocks = channel.decomposition();
+  const double count_of_cells = channel.grid().cell_count();
+  return {fmt::format("{}x{}", blocks.y_parts(), blocks.z_parts()),
+          sizeof(Real) == 4 ? "single" : "double", median(rates), bytes / count_of_cells,
+          sent / count_of_cells};
 }
 
 std::array<int, 3> read_grid(const std::string& text) {
@@ -111,11 +124,12 @@ int run(int argc, char** argv) {
   std::vector<std::string> grids{"128x128x128", "256x128x128", "160x90x80", "192x192x192"};
   std::vector<std::string> precisions{"double", "single"};
   double seconds = 5.0;
-  int repeats = 5;
+  int repeats = 5, along_z = 0;
   std::string commit = "unknown";
   app.add_option("--grid", grids, "Cells, for instance 128x128x128");
   app.add_option("--precision", precisions, "double, single")
       ->check(CLI::IsMember({"double", "single"}));
+  app.add_option("--along-z", along_z, "Blocks along z; 0: chosen as in a run");
   app.add_option("--seconds", seconds, "Time for each row, set-up not counted");
   app.add_option("--repeats", repeats, "Samples that the medians are taken of");
   app.add_option("--commit", commit, "Name of the measured state, for the rows");
@@ -128,16 +142,18 @@ int run(int argc, char** argv) {
       const double triad = triad_bandwidth(MPI_COMM_WORLD, std::max(5, repeats));
       const std::array<int, 3> cells = read_grid(grid);
       const bool single = precision == "single";
-      const Row row = single ? measure<float>(cells, seconds, repeats)
-                             : measure<double>(cells, seconds, repeats);
+      const Row row = single ? measure<float>(cells, along_z, seconds, repeats)
+                             : measure<double>(cells, along_z, seconds, repeats);
       if (rank != 0) continue;
       const double roofline = row.rate * (single ? 240.0 : 480.0) * 1e-3 / triad;
       fmt::print(
-          "{{\"name\": \"fluid\", \"grid\": \"{}\", \"ranks\": {}, \"precision\": \"{}\", "
+          "{{\"name\": \"fluid\", \"grid\": \"{}\", \"ranks\": {}, \"blocks\": \"{}\", "
+          "\"precision\": \"{}\", "
           "\"diffusion\": \"explicit\", \"mcells_per_s\": {:.2f}, \"bytes_per_cell\": {:.1f}, "
+          "\"bytes_sent_per_cell\": {:.2f}, "
           "\"triad_gb_s\": {:.2f}, \"roofline_fraction\": {:.3f}, \"commit\": \"{}\"}}\n",
-          grid, ranks_of(MPI_COMM_WORLD), row.precision, row.rate, row.bytes_per_cell, triad,
-          roofline, commit);
+          grid, ranks_of(MPI_COMM_WORLD), row.blocks, row.precision, row.rate, row.bytes_per_cell,
+          row.sent_per_cell, triad, roofline, commit);
       std::cout.flush();
     }
   return 0;
