@@ -85,6 +85,7 @@ void simulate(Job& job, const FluidOptions& options, const Settings& settings, F
   for (std::int64_t made = 0; left > 0;) {
     const bool last = left == 1;
     const double began = clock_seconds();
+    if (step == options.warm_up) simulation.timing().restart();
     if (last) simulation.timing().record_step();
     simulation.make_step(last);
     if (last) line = time_line(simulation, simulation.timing().stop_recording(), began);

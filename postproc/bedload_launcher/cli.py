@@ -11,6 +11,7 @@ from typing import NoReturn
 
 from . import accuracy
 from . import bench as measure
+from . import bench_bed
 from . import estimate as predict
 from . import job
 from .build import FOLDER, ROOT, build
@@ -86,8 +87,9 @@ def bench(options: argparse.Namespace) -> int:
     build()
     kernels, steps = measure.programs(), all_scenes()
     ranks = job.Ranks.parse(options.ranks)
-    if options.name is not None and options.name not in kernels | steps:
-        raise unknown("benchmark", options.name, kernels | steps)
+    known = {*kernels, *steps, "bed"}
+    if options.name is not None and options.name not in known:
+        raise unknown("benchmark", options.name, known)
     for name, program in kernels.items():
         if options.name in (None, name):
             for record in measure.kernels(program, ranks):
@@ -95,6 +97,9 @@ def bench(options: argparse.Namespace) -> int:
     for name, scene in steps.items():
         if options.name == name or (options.name is None and "/" not in name):  # no validation/...
             measure.print_record(measure.whole_step(scene, ranks))
+    if options.name in (None, "bed"):
+        for record in bench_bed.rows(ranks):
+            measure.print_record(record)
     return 0
 
 

@@ -66,6 +66,7 @@ class Job:
     steps: int | None = None
     variables: Mapping[str, str] = field(default_factory=dict)  # of in.liggghts
     restart: Path | None = None  # a run's folder or one of its checkpoints
+    fluid_options: Sequence[str] = ()
 
     def summary(self) -> str:
         """Scene, model and ranks in a few words."""
@@ -82,6 +83,7 @@ class Job:
             fluid += ["--steps", str(self.steps)]
         if self.restart is not None:
             fluid += ["--restart", str(self.restart)]
+        fluid += self.fluid_options
         line = ["mpirun", "--quiet", "-np", str(self.ranks.fluid), *fluid]
         if self.scene.moves_grains:
             dem = [str(BIN / "bedload-dem"), "-in", "in.liggghts", "-var", "out", str(self.out)]
