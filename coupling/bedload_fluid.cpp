@@ -1,5 +1,6 @@
 // bedload-fluid: the flow. Beside bedload-dem in one MPI job its spheres are LIGGGHTS' atoms and
-// move; alone it computes a channel without spheres. simulation.cpp has the time step.
+// move; alone it computes a flow without spheres or around fixed ones. simulation.cpp has the time
+// step.
 
 #include <fmt/format.h>
 
@@ -18,6 +19,7 @@
 #include "fluid/errors.hpp"
 #include "fluid/output/state_file.hpp"
 #include "fluid/settings.hpp"
+#include "fluid/spheres/sphere_file.hpp"
 
 namespace bedload {
 namespace {
@@ -33,6 +35,13 @@ FluidFacts facts_of(const Settings& s) {
   facts.time_step = s.time.step;
   facts.cell_size = s.grid.length[0] / s.grid.cells[0];
   return facts;
+}
+
+/// The spheres of a run without LIGGGHTS, which stay where they are.
+std::vector<SphereState> spheres_of(const Settings& s) {
+  if (s.spheres.file.empty()) return {};
+  const auto file = std::filesystem::path(s.file).parent_path() / s.spheres.file;
+  return read_spheres(file.string(), make_grid(s));
 }
 
 /// Start from the flow of another run (start.from = "state"); time and step begin anew.
@@ -70,8 +79,8 @@ std::string time_line(Simulation<Real>& simulation, const std::vector<TimelineEn
 template <class Real>
 void simulate(Job& job, const FluidOptions& options, const Settings& settings, FluidSide* partner,
               const Acquaintance* dem) {
-  Simulation<Real> simulation(settings, job.own(), partner,
-                              dem ? dem->spheres : std::vector<SphereState>{});
+  const std::vector<SphereState> spheres = dem ? dem->spheres : spheres_of(settings);
+  Simulation<Real> simulation(settings, job.own(), partner, spheres);
   if (settings.start.from == Start::state) start_from_state(simulation.channel());
   const std::int64_t most = options.steps;
   std::int64_t left = count_steps(simulation.channel(), most);
@@ -80,12 +89,12 @@ void simulate(Job& job, const FluidOptions& options, const Settings& settings, F
   RunOutput<Real> output(
       options.out, simulation,
       countable ? std::optional(simulation.channel().step() + left) : std::nullopt,
-      effects_of(settings, dem));
+      effects_of(settings, spheres, dem));
   std::string line;
   for (std::int64_t made = 0; left > 0;) {
     const bool last = left == 1;
     const double began = clock_seconds();
-    if (step == options.warm_up) simulation.timing().restart();
+    if (made == options.warm_up) simulation.timing().restart();
     if (last) simulation.timing().record_step();
     simulation.make_step(last);
     if (last) line = time_line(simulation, simulation.timing().stop_recording(), began);
@@ -114,6 +123,11 @@ void run(Job& job, int argc, char** argv) {
   std::optional<FluidSide> partner;
   std::optional<Acquaintance> dem;
   if (!job.alone()) {
+    if (!settings.spheres.file.empty())
+      throw UserError(fmt::format(
+          "{}: 'spheres.file' is \"{}\", but with bedload-dem in the job the spheres come from its "
+          "script; remove the key or start bedload-fluid alone.",
+          settings.file, settings.spheres.file));
     partner.emplace(job).introduce(facts_of(settings));
     dem = partner->meet();
   }

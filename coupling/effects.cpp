@@ -45,7 +45,8 @@ bool has_gravity(const Settings& s) {
 
 }  // namespace
 
-std::vector<EffectRow> effects_of(const Settings& s, const Acquaintance* dem) {
+std::vector<EffectRow> effects_of(const Settings& s, std::span<const SphereState> spheres,
+                                  const Acquaintance* dem) {
   const bool convection = s.fluid.convection != Switch::off;
   std::vector<EffectRow> rows{
       row("convection", convection,
@@ -59,14 +60,19 @@ std::vector<EffectRow> effects_of(const Settings& s, const Acquaintance* dem) {
                      s.statistics.every > 0 ? fmt::format("sampled every {} steps from t = {}",
                                                           s.statistics.every, s.statistics.from)
                                             : "statistics.every is 0"));
-  if (dem == nullptr) {
-    rows.push_back(row("spheres", false, "this job has no bedload-dem"));
+  if (spheres.empty()) {
+    rows.push_back(
+        row("spheres", false, "this job has no bedload-dem, and spheres.file names no spheres"));
     return rows;
   }
-  const bool mobile = dem->facts.mobile > 0;
-  const std::string how_many = fmt::format("{} mobile spheres", dem->facts.mobile);
+  const auto moving = std::count_if(spheres.begin(), spheres.end(),
+                                    [](const SphereState& sphere) { return sphere.mobile; });
+  const bool mobile = moving > 0;
+  const std::string how_many =
+      dem ? fmt::format("{} mobile spheres", moving) : "fixed spheres only, without LIGGGHTS";
   rows.push_back(row("immersed boundary", true,
-                     fmt::format("{} fixed spheres, weights computed once", dem->facts.fixed)));
+                     fmt::format("{} fixed spheres, weights computed once",
+                                 static_cast<std::int64_t>(spheres.size()) - moving)));
   rows.push_back(row("moving boundary", mobile, how_many));
   rows.push_back(row("interior term", mobile, how_many));
   rows.push_back(row("extra forcing loops", s.spheres.forcing_loops > 1,
@@ -74,6 +80,7 @@ std::vector<EffectRow> effects_of(const Settings& s, const Acquaintance* dem) {
   rows.push_back(
       row("buoyancy", mobile && has_gravity(s),
           mobile ? (has_gravity(s) ? "fluid.gravity" : "fluid.gravity is zero") : how_many));
+  if (dem == nullptr) return rows;
   const std::vector<EffectRow> script = effects_of_script(dem->effects);
   rows.insert(rows.end(), script.begin(), script.end());
   return rows;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "coupling/fluid_side.hpp"
@@ -8,7 +9,8 @@
 
 namespace bedload {
 
-/// What this run computes and what not, and why. `dem` is nullptr without LIGGGHTS.
-std::vector<EffectRow> effects_of(const Settings& settings, const Acquaintance* dem);
+/// What this run computes and what not, and why. `spheres`: all; `dem` is nullptr without LIGGGHTS.
+std::vector<EffectRow> effects_of(const Settings& settings, std::span<const SphereState> spheres,
+                                  const Acquaintance* dem);
 
 }  // namespace bedload

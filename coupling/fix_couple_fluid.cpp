@@ -20,6 +20,7 @@
 #include "group.h"
 #include "integrate.h"
 #include "lammps.h"
+#include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
 #include "modify.h"
@@ -298,7 +299,11 @@ DemFacts FixCoupleFluid::collect_facts() const {
   facts.fixed = reduced(facts.fixed, MPI_INT64_T, MPI_SUM, world);
   facts.smallest_radius = reduced(facts.smallest_radius, MPI_DOUBLE, MPI_MIN, world);
   facts.largest_radius = reduced(facts.largest_radius, MPI_DOUBLE, MPI_MAX, world);
-  facts.density = facts.kinematic_viscosity = std::numeric_limits<double>::quiet_NaN();
+  // A script may state the fluid's values for use without a fluid; then they have to be the same.
+  const FluidValue density = FluidValue::find(lmp, "", "fluidDensity");
+  const FluidValue viscosity = FluidValue::find(lmp, "", "fluidViscosity");
+  facts.density = density.known() ? density.get() : std::numeric_limits<double>::quiet_NaN();
+  facts.viscosity = viscosity.known() ? viscosity.get() : std::numeric_limits<double>::quiet_NaN();
   return facts;
 }
 

@@ -37,8 +37,7 @@ std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first
                  "Folder of the output (default: runs/<folder of fluid.toml>)");
   app.add_option("--steps", options.steps, "Stop after this many time steps")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--warm-up", options.warm_up,
-                 "Leave the first N steps out of the table of times")
+  app.add_option("--warm-up", options.warm_up, "Leave the first N steps out of the table of times")
       ->check(CLI::NonNegativeNumber);
   app.add_option(
          "--compact-state", options.compact,

@@ -56,14 +56,15 @@ std::optional<std::string> gravity_disagreement(const FluidFacts& fluid, const D
 std::optional<std::string> material_disagreement(const FluidFacts& fluid, const DemFacts& dem) {
   if (!std::isnan(dem.density) && !agree(fluid.density, dem.density, fluid.density))
     return fmt::format(
-        "the fluid's density is {} in fluid.toml (fluid.density) but {} in the LIGGGHTS script.",
+        "the fluid's density is {} in fluid.toml (fluid.density) but {} in the LIGGGHTS script "
+        "(property fluidDensity).",
         fluid.density, dem.density);
-  if (!std::isnan(dem.kinematic_viscosity) &&
-      !agree(fluid.kinematic_viscosity, dem.kinematic_viscosity, fluid.kinematic_viscosity))
+  const double viscosity = fluid.density * fluid.kinematic_viscosity;
+  if (!std::isnan(dem.viscosity) && !agree(viscosity, dem.viscosity, viscosity))
     return fmt::format(
-        "the kinematic viscosity is {} in fluid.toml (fluid.kinematic_viscosity) but {} in the "
-        "LIGGGHTS script.",
-        fluid.kinematic_viscosity, dem.kinematic_viscosity);
+        "the dynamic viscosity is {} in fluid.toml (fluid.density times fluid.kinematic_viscosity) "
+        "but {} in the LIGGGHTS script (property fluidViscosity).",
+        viscosity, dem.viscosity);
   return std::nullopt;
 }
 

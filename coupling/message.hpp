@@ -80,7 +80,8 @@ struct DemFacts {
   double force_factor;       ///< LIGGGHTS' ftm2v: 1 in units where force = mass * acceleration
   std::int64_t mobile, fixed;
   double smallest_radius, largest_radius;  ///< [L]
-  double density, kinematic_viscosity;     ///< as the script states them; NaN: it does not
+  double density,
+      viscosity;  ///< the fluid's (dynamic), as the script states them; NaN: it does not
 };
 
 template <class T>
@@ -99,7 +100,7 @@ constexpr std::uint64_t layout_fingerprint() {
         offsetof(LoadHeader, fluid_time_step), sizeof(MotionHeader),
         offsetof(MotionHeader, collisions), sizeof(FluidFacts), offsetof(FluidFacts, gravity),
         offsetof(FluidFacts, cell_size), sizeof(DemFacts), offsetof(DemFacts, gravity),
-        offsetof(DemFacts, mobile), offsetof(DemFacts, kinematic_viscosity)})
+        offsetof(DemFacts, mobile), offsetof(DemFacts, viscosity)})
     hash = (hash ^ number) * 1099511628211ULL;
   return hash;
 }

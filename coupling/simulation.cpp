@@ -11,13 +11,13 @@ namespace bedload {
 static_assert(dem_substeps.size() == stage_count);
 
 template <class Real>
-Simulation<Real>::Phases::Phases(Timing& timing, bool coupled) {
-  if (coupled) {
+Simulation<Real>::Phases::Phases(Timing& timing, bool spheres, bool coupled) {
+  if (spheres) {
     predictor = timing.add_phase("fluid predictor");
     markers = timing.add_phase("markers");
-    exchange = timing.add_phase("exchange");
+    if (coupled) exchange = timing.add_phase("exchange");
     pressure = timing.add_phase("pressure");
-    waiting = timing.add_phase("waiting for LIGGGHTS");
+    if (coupled) waiting = timing.add_phase("waiting for LIGGGHTS");
   } else {
     flow = timing.add_phase("predictor and pressure");
   }
@@ -29,7 +29,7 @@ Simulation<Real>::Simulation(const Settings& settings, MPI_Comm comm, FluidSide*
                              std::span<const SphereState> spheres)
     : channel_(settings, comm, spheres),
       partner_(partner),
-      phases_(timing_, partner != nullptr),
+      phases_(timing_, partner != nullptr || !spheres.empty(), partner != nullptr),
       spheres_(spheres.begin(), spheres.end()) {}
 
 // The Runge-Kutta stages of one step. While the pressure is solved, which needs nothing of the
@@ -38,12 +38,16 @@ template <class Real>
 void Simulation<Real>::make_step(bool last) {
   begin_step();
   for (int stage = 0; stage < stage_count; ++stage) {
-    if (!partner_) {
+    if (spheres_.empty() && !partner_) {
       timing_.measure(phases_.flow, [&] { channel_.advance_stage(stage); });
       continue;
     }
     timing_.measure(phases_.predictor, [&] { channel_.predict(stage); });
     loads_ = timing_.measure(phases_.markers, [&] { return channel_.force_spheres(stage); });
+    if (!partner_) {
+      timing_.measure(phases_.pressure, [&] { channel_.project(stage); });
+      continue;
+    }
     timing_.measure(phases_.exchange,
                     [&] { partner_->send_loads(stage, channel_.time_step(), last, loads_); });
     timing_.measure(phases_.pressure, [&] { channel_.project(stage); });

@@ -16,12 +16,12 @@ struct GrainInterval {
   double began, ended;
 };
 
-/// The flow, its spheres and, where grains move, LIGGGHTS at the other end of the exchange: one
-/// time step of all of them.
+/// The flow, its spheres and, where some of them move, LIGGGHTS at the other end of the exchange:
+/// one time step of all of them.
 template <class Real>
 class Simulation {
  public:
-  /// `partner` is nullptr without LIGGGHTS; `spheres` are all, fixed and mobile.
+  /// `partner` is nullptr without LIGGGHTS; `spheres` are all, without LIGGGHTS fixed ones.
   Simulation(const Settings& settings, MPI_Comm comm, FluidSide* partner,
              std::span<const SphereState> spheres);
 
@@ -55,7 +55,7 @@ class Simulation {
   Timing timing_;
   /// In the order of a stage, so that the table reads like the time step.
   struct Phases {
-    Phases(Timing& timing, bool coupled);
+    Phases(Timing& timing, bool spheres, bool coupled);
     std::size_t flow = 0, predictor = 0, markers = 0, exchange = 0, pressure = 0, waiting = 0,
                 closing = 0;
   } phases_;

@@ -121,6 +121,9 @@ void declare_keys(Settings& s, Visitor& key) {
   key.number("time.cfl", s.time.cfl, "-", Range{0.0, imaginary_limit}, Need::optional,
              "CFL number (|u|+|v|+|w|) dt/h that the time step follows; 0: time.step throughout.");
   key.number("time.end", s.time.end, "T", not_negative, Need::required, "Time at which it ends.");
+  key.text("spheres.file", s.spheres.file,
+           "Fixed spheres of a run without LIGGGHTS: a text file beside fluid.toml, one sphere a "
+           "line: x y z radius.");
   key.integer("spheres.forcing_loops", s.spheres.forcing_loops, "-", Range{1, 20},
               "Most interpolate-force-spread loops per stage.");
   key.number("spheres.slip_tolerance", s.spheres.slip_tolerance, "L/T", not_negative,

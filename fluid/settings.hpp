@@ -71,6 +71,7 @@ struct Settings {
     double end = 0.0;
   } time;
   struct Spheres {
+    std::string file;
     int forcing_loops = 1;
     double slip_tolerance = 0.0;
     double retraction = -1.0;

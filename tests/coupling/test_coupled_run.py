@@ -138,6 +138,56 @@ def test_fluid_alone_needs_no_liggghts(tmp_path):
     assert (out / "state.h5").is_file() and not (out / "spheres.h5").exists()
 
 
+FIXED = [(x + 0.5, 0.5, z + 0.5) for x in range(4) for z in range(2)]
+
+
+def test_fixed_spheres_need_no_liggghts(tmp_path):
+    """The fluid reads them itself: the same flow as with LIGGGHTS and a script that moves nothing."""
+    scene = tmp_path / "scene"
+    scene.mkdir()
+    text = (SCENE / "fluid.toml").read_text()
+    (scene / "fluid.toml").write_text(text.replace("[spheres]", '[spheres]\nfile = "bed.txt"'))
+    lines = ["# x y z radius"] + ["{}, {} {} 0.5  # one".format(*place) for place in FIXED]
+    (scene / "bed.txt").write_text("\n".join(lines) + "\n")
+    fluid = [str(BIN / "bedload-fluid"), str(scene / "fluid.toml"), "--steps", "10"]
+    result = run(command([*fluid, "--out", "alone"], None, (2, 0)), tmp_path)
+    assert result.status == 0, result.output
+
+    script = (SCENE / "in.liggghts").read_text().splitlines()
+    (scene / "in.liggghts").write_text(
+        "\n".join(line for line in script if not line.startswith(("create_atoms    2", "velocity"))))
+    dem = [str(BIN / "bedload-dem"), "-in", str(scene / "in.liggghts"), "-log", "none"]
+    fluid = [str(BIN / "bedload-fluid"), str(SCENE / "fluid.toml"), "--steps", "10"]
+    result = run(command([*fluid, "--out", "both"], [*dem, "-var", "out", "both"]), tmp_path)
+    assert result.status == 0, result.output
+    alone, both = (rows(tmp_path / out / "history.csv") for out in ("alone", "both"))
+    for name in ("driving", "kinetic_energy", "slip_rms"):
+        found, wanted = (np.array([float(row[name]) for row in table]) for table in (alone, both))
+        # Ten steps of sums in another order; without the spheres driving and slip would be 0.
+        np.testing.assert_allclose(found, wanted, rtol=1e-9)
+        assert np.all(wanted != 0.0)
+
+
+@pytest.mark.parametrize(
+    "text, found",
+    [
+        ("0.5 0.5 0.5 0.5\n1 2 3\n", ["line 2", "3 numbers", "x y z radius"]),
+        ("0.5 0.5 half 0.5\n", ["line 1", "'half'"]),
+        ("0.5 0.5 0.5 0.1\n", ["line 1", "0.1", "4 cells"]),
+        ("0.5 4.5 0.5 0.5\n", ["line 1", "y = 4.5", "0 to 3"]),
+        ("# nothing\n", ["no sphere"]),
+        (None, ["bed.txt", "opened"]),
+    ],
+    ids=["three numbers", "a word", "too small", "outside", "empty", "missing"],
+)
+def test_mistakes_in_a_file_of_spheres(tmp_path, text, found):
+    toml = (SCENE / "fluid.toml").read_text()
+    (tmp_path / "fluid.toml").write_text(toml.replace("[spheres]", '[spheres]\nfile = "bed.txt"'))
+    if text is not None:
+        (tmp_path / "bed.txt").write_text(text)
+    check_sentence(run(command([str(BIN / "bedload-fluid"), "fluid.toml"], None), tmp_path), found)
+
+
 @pytest.mark.parametrize(
     "options, found",
     [
@@ -145,8 +195,9 @@ def test_fluid_alone_needs_no_liggghts(tmp_path):
         (("--set", "fluid.gravity=[0.0,-0.7,0.0]"), ["(0, -0.7, 0)", "(0, -0.5, 0)"]),
         (("--set", "time.step=0.1"), ["CFL", "'time.step'"]),
         (("--stepps", "3"), ["--stepps"]),
+        (("--set", 'spheres.file="bed.txt"'), ["'spheres.file'", "bed.txt", "alone"]),
     ],
-    ids=["unknown key", "gravity", "field blows up", "unknown option"],
+    ids=["unknown key", "gravity", "field blows up", "unknown option", "spheres twice"],
 )
 def test_a_mistake_ends_both_programs_with_one_sentence(tmp_path, options, found):
     check_sentence(job(tmp_path, *options, ranks=(2, 2)), found)

@@ -98,7 +98,25 @@ def test_a_fix_behind_can_hold_a_sphere_in_its_plane(tmp_path):
     ids=["box", "periodicity", "gravity", "cells per sphere"],
 )
 def test_hand_shake_names_both_values(tmp_path, options, found):
-    result = run(command(stand_in(*options), liggghts("free_flight.liggghts"), (2, 2)), tmp_path)
+    check_hand_shake(tmp_path, options, "free_flight.liggghts", found)
+
+
+@pytest.mark.parametrize(
+    "line, found",
+    [
+        ("fluidDensity scalar 999", ["density is 1000", "999", "fluidDensity"]),
+        ("fluidViscosity scalar 2.0", ["viscosity is 1 ", "2 in", "fluidViscosity"]),
+    ],
+    ids=["density", "viscosity"],
+)
+def test_fluid_values_of_the_script_have_to_be_the_fluids(tmp_path, line, found):
+    """The stand-in's fluid has the density 1000 and the kinematic viscosity 1e-3."""
+    script = edited(tmp_path, "free_flight.liggghts", FIX, f"fix liquid all property/global {line}\n{FIX}")
+    check_hand_shake(tmp_path, (), script, found)
+
+
+def check_hand_shake(tmp_path, options, script, found):
+    result = run(command(stand_in(*options), liggghts(script), (2, 2)), tmp_path)
     assert result.status != 0
     sentences = [line for line in result.output.splitlines() if line.startswith("bedload-fluid: ")]
     assert len(sentences) == 1, result.output

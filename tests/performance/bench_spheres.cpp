@@ -92,10 +92,12 @@ void measure(const std::string& precision, int copies, int repeats) {
   cost(true, [&](auto& boundary, const auto& mobile) {
     place = seconds_of(repeats, [&] { boundary.move_spheres(mobile); });
     const double before = seconds_of(repeats, [&] { boundary.start_stage(velocity); });
-    all_loops = seconds_of(repeats, [&] {
-      boundary.start_stage(velocity);
-      boundary.force(velocity, 0.01);
-    }) - 2 * before;
+    all_loops = seconds_of(repeats,
+                           [&] {
+                             boundary.start_stage(velocity);
+                             boundary.force(velocity, 0.01);
+                           }) -
+                2 * before;
     interior = 2 * before;
   });
   fmt::print(
