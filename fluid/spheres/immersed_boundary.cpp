@@ -37,14 +37,6 @@ double root_mean(double squares, double count) {
   return count > 0.0 ? std::sqrt(squares / count) : 0.0;
 }
 
-/// Indices of all markers of a list.
-template <class Real>
-std::vector<int> all_of(const MarkerList<Real>& list) {
-  std::vector<int> indices(list.stencil.size());
-  std::iota(indices.begin(), indices.end(), 0);
-  return indices;
-}
-
 }  // namespace
 
 template <class Real>
@@ -153,6 +145,7 @@ void ImmersedBoundary<Real>::place_fixed() {
   }
   halo_.keep();
   for (MarkerList<Real>& list : fixed_lists_) list.clear();
+  SphereMarkers markers(grid_);
   for (std::size_t n = 0; n < fixed_.size(); ++n) {
     const SphereState& sphere = fixed_[n];
     std::vector<const SphereState*> overlapping;
@@ -169,9 +162,10 @@ void ImmersedBoundary<Real>::place_fixed() {
       });
     };
     const int layout = layout_of(sphere.radius);
+    markers.place(sphere.position, layouts_[static_cast<std::size_t>(layout)]);
     for (const std::size_t c : components)
-      append_markers(fixed_lists_[c], scratch_, grid_, slabs_, static_cast<int>(c), sphere.position,
-                     static_cast<int>(n), layout, layouts_, buried);
+      markers.append(fixed_lists_[c], scratch_, slabs_, static_cast<int>(c), static_cast<int>(n),
+                     layout, buried);
   }
   for (MarkerList<Real>& list : fixed_lists_) list.finish();
   weigh_fixed();
@@ -182,20 +176,36 @@ void ImmersedBoundary<Real>::place_mobile() {
   halo_.reset();
   mobile_halo_.forget();
   for (MarkerList<Real>& list : mobile_lists_) list.clear();
+  interior_.clear();
+  SphereMarkers markers(grid_);
   const auto nothing = [](const Vec3&) { return false; };
   for (std::size_t n = 0; n < mobile_.size(); ++n) {
     const SphereState& sphere = mobile_[n].state;
     halo_.mark(sphere.position, sphere.radius);
     mobile_halo_.mark(sphere.position, sphere.radius);
     const int layout = layout_of(sphere.radius);
-    for (const std::size_t c : components)
-      append_markers(mobile_lists_[c], scratch_, grid_, slabs_, static_cast<int>(c),
-                     sphere.position, static_cast<int>(n), layout, layouts_, nothing);
+    markers.place(sphere.position, layouts_[static_cast<std::size_t>(layout)]);
+    for (const std::size_t c : components) {
+      markers.append(mobile_lists_[c], scratch_, slabs_, static_cast<int>(c), static_cast<int>(n),
+                     layout, nothing);
+      interior_.add(scratch_, grid_, slabs_, static_cast<int>(c), sphere.position, sphere.radius);
+    }
   }
   halo_.finish();
   mobile_halo_.finish();
   for (MarkerList<Real>& list : mobile_lists_) list.finish();
   if (!mobile_.empty()) weigh_mobile();
+}
+
+/// Indices of all markers of a list.
+template <class Real>
+std::span<const int> ImmersedBoundary<Real>::all_of(const MarkerList<Real>& list) {
+  const auto size = static_cast<std::size_t>(list.size());
+  if (indices_.size() < size) {
+    indices_.resize(size);
+    std::iota(indices_.begin(), indices_.end(), 0);
+  }
+  return std::span<const int>(indices_).first(size);
 }
 
 /// Row sums of the fixed spheres' markers among themselves.
@@ -284,11 +294,9 @@ void ImmersedBoundary<Real>::weigh_mobile() {
 
 template <class Real>
 void ImmersedBoundary<Real>::start_stage(const Field<Real>& velocity) {
-  VolumeShare share;
-  for (Mobile& sphere : mobile_)
+  for (std::size_t n = 0; n < mobile_.size(); ++n)
     for (const std::size_t c : components)
-      sphere.before[c] = interior_sums(velocity, grid_, slabs_, static_cast<int>(c),
-                                       sphere.state.position, sphere.state.radius, share);
+      mobile_[n].before[c] = interior_.sums(3 * n + c, velocity);
   stage_started_ = true;
 }
 
@@ -361,11 +369,9 @@ ForcingReport ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_
   ForcingReport report = sum_given(before, after, stage_step);
   report.loops = loops;
 
-  VolumeShare share;
-  for (Mobile& sphere : mobile_)
+  for (std::size_t n = 0; n < mobile_.size(); ++n)
     for (const std::size_t c : components)
-      sphere.after[c] = interior_sums(velocity, grid_, slabs_, static_cast<int>(c),
-                                      sphere.state.position, sphere.state.radius, share);
+      mobile_[n].after[c] = interior_.sums(3 * n + c, velocity);
   return report;
 }
 

@@ -104,6 +104,7 @@ class ImmersedBoundary {
   void place_fixed();
   void place_mobile();
   void fit_scratch();
+  std::span<const int> all_of(const MarkerList<Real>& list);
   void weigh_fixed();
   void find_near_mobile();
   void weigh_mobile();
@@ -125,11 +126,13 @@ class ImmersedBoundary {
   std::vector<Mobile> mobile_;
   std::unordered_map<std::int64_t, std::size_t> mobile_by_tag_;
   Lists fixed_lists_, mobile_lists_;
+  InteriorCells interior_;  ///< of the mobile spheres, three components each
   std::array<std::vector<Real>, 3> fixed_row_sums_;  ///< of fixed markers among themselves
   std::optional<SphereBins> fixed_bins_;
   std::array<std::vector<int>, 3> near_mobile_;  ///< fixed markers within reach of mobile ones
   MarkerHalo halo_;                              ///< rows of all spheres
   MarkerHalo mobile_halo_;                       ///< rows of mobile spheres
+  std::vector<int> indices_;                     ///< 0, 1, 2, ...
   Field<Real> scratch_;  ///< planes up to the highest sphere; zero between calls
   bool stage_started_ = false;
 };

@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "fluid/decomposition.hpp"
@@ -61,6 +63,120 @@ class VolumeShare {
   std::vector<double> inside_, both_, share_;
 };
 
+/// The cells of the velocity components inside spheres that lie in this block, with their shares:
+/// found once for a place of the spheres, summed over as often as wanted.
+class InteriorCells {
+ public:
+  void clear() {
+    rows_.clear();
+    shares_.clear();
+    begin_ = {0};
+  }
+  /// Number of (sphere, component) pairs so far.
+  std::size_t size() const { return begin_.size() - 1; }
+
+  /// Adds the cells of one component inside one sphere; `field` only tells the layout.
+  template <class Real>
+  void add(const Field<Real>& field, const Grid& grid, const Decomposition& slabs, int component,
+           const Vec3& centre, double radius);
+
+  /// The sums over pair number `n`.
+  template <class Real>
+  InteriorSums sums(std::size_t n, const Field<Real>& velocity) const;
+
+ private:
+  /// A row of cells, those from full_begin to full_end wholly inside.
+  struct Row {
+    std::ptrdiff_t first;  ///< from row(0, 0, 0)
+    std::size_t share;     ///< place of the first share of the others
+    double x, y, z;        ///< of the first cell's value, from the centre [L]
+    std::int32_t cells, full_begin, full_end, component;
+  };
+
+  double h_ = 0.0;
+  std::vector<Row> rows_;
+  std::vector<double> shares_;  ///< of the cells that are not wholly inside
+  std::vector<std::size_t> begin_{0};
+  VolumeShare share_;
+};
+
+template <class Real>
+void InteriorCells::add(const Field<Real>& field, const Grid& grid, const Decomposition& slabs,
+                        int component, const Vec3& centre, double radius) {
+  const double h = h_ = grid.h;
+  /// Distance of a cell's value from the sphere's centre along a direction.
+  const auto distance = [&](int direction, int cell) {
+    return (direction == component ? grid.face(cell) : grid.centre(cell)) - centre[direction];
+  };
+  /// Cells whose box may be within `reach` of the centre, and which exist.
+  const auto cells_within = [&](int direction, double reach) {
+    const double middle = (centre[direction] - (direction == component ? 1.0 : 0.5) * h) / h;
+    std::array<int, 2> range{static_cast<int>(std::ceil(middle - reach / h - 0.5)),
+                             static_cast<int>(std::floor(middle + reach / h + 0.5))};
+    if (!grid.periodic(direction)) {
+      const int last = grid.cells[static_cast<std::size_t>(direction)] - 1;
+      range = {std::max(range[0], 0), std::min(range[1], last)};
+    }
+    return range;
+  };
+  const auto wrapped = [&](int direction, int cell) {
+    const int n = grid.cells[static_cast<std::size_t>(direction)];
+    return ((cell % n) + n) % n;
+  };
+  /// Distances of a cell's nearest and farthest faces.
+  const auto nearest_face = [h](double x) { return std::max(std::abs(x) - 0.5 * h, 0.0); };
+  const auto farthest_face = [h](double x) { return std::abs(x) + 0.5 * h; };
+  const auto square = [](double x) { return x * x; };
+
+  const int nx = grid.cells[0];
+  const Real* origin = field.row(0, 0, 0);
+  const auto [first_plane, last_plane] = cells_within(1, radius);
+  for (int j = first_plane; j <= last_plane; ++j) {
+    const int plane = wrapped(1, j);
+    if (!slabs.holds_plane(plane)) continue;
+    const double y = distance(1, j), disc = square(radius) - square(nearest_face(y));
+    const auto [first_row, last_row] = cells_within(2, std::sqrt(std::max(disc, 0.0)));
+    for (int k = first_row; k <= last_row; ++k) {
+      const double z = distance(2, k), chord = disc - square(nearest_face(z));
+      const int row_here = wrapped(2, k);
+      if (chord <= 0.0 || !slabs.holds_row(row_here)) continue;
+      const auto [first, last] = cells_within(0, std::sqrt(chord));
+      // Both faces of a cell that is wholly inside are, with all their corners.
+      const double inner = square(radius) - square(farthest_face(y)) - square(farthest_face(z));
+      const double half = inner > 0.0 ? std::sqrt(inner) : -1.0;
+      int full_begin = first, full_end = first;
+      if (half > 0.5 * h) {
+        while (full_begin <= last && farthest_face(distance(0, full_begin)) > half) ++full_begin;
+        full_end = full_begin;
+        while (full_end <= last && farthest_face(distance(0, full_end)) <= half) ++full_end;
+      }
+      const Real* row = field.row(plane - slabs.first(), row_here - slabs.first_row(), component);
+      // A row through the seam of periodic x is two.
+      for (int begin = first; begin <= last;) {
+        const int there = wrapped(0, begin), end = std::min(last + 1, begin + nx - there);
+        const int full_from = std::clamp(full_begin, begin, end);
+        const int full_to = std::clamp(full_end, full_from, end);
+        rows_.push_back({.first = row - origin + there,
+                         .share = shares_.size(),
+                         .x = distance(0, begin),
+                         .y = y,
+                         .z = z,
+                         .cells = end - begin,
+                         .full_begin = full_from - begin,
+                         .full_end = full_to - begin,
+                         .component = component});
+        for (const auto& [from, to] : {std::pair{begin, full_from}, std::pair{full_to, end}}) {
+          if (from == to) continue;
+          const auto& shares = share_.row(radius, h, distance(0, from), y, z, to - from);
+          shares_.insert(shares_.end(), shares.begin(), shares.end());
+        }
+        begin = end;
+      }
+    }
+  }
+  begin_.push_back(rows_.size());
+}
+
 /// Sums over one row of cells, from which the moments about any of the axes follow.
 struct RowSums {
   double cells = 0.0, x = 0.0, xx = 0.0;  ///< sum of alpha, alpha x, alpha x^2
@@ -86,71 +202,44 @@ inline void add_row(InteriorSums& sums, const RowSums& row, double y, double z, 
   }
 }
 
-/// The sums of one component inside a sphere, over this rank's cells.
 template <class Real>
-InteriorSums interior_sums(const Field<Real>& velocity, const Grid& grid,
-                           const Decomposition& slabs, int component, const Vec3& centre,
-                           double radius, VolumeShare& share) {
-  const double h = grid.h;
-  /// Distance of a cell's value from the sphere's centre along a direction.
-  const auto distance = [&](int direction, int cell) {
-    return (direction == component ? grid.face(cell) : grid.centre(cell)) - centre[direction];
-  };
-  /// Cells whose box may be within `reach` of the centre, and which exist.
-  const auto cells_within = [&](int direction, double reach) {
-    const double middle = (centre[direction] - (direction == component ? 1.0 : 0.5) * h) / h;
-    std::array<int, 2> range{static_cast<int>(std::ceil(middle - reach / h - 0.5)),
-                             static_cast<int>(std::floor(middle + reach / h + 0.5))};
-    if (!grid.periodic(direction)) {
-      const int last = grid.cells[static_cast<std::size_t>(direction)] - 1;
-      range = {std::max(range[0], 0), std::min(range[1], last)};
-    }
-    return range;
-  };
-  const auto wrapped = [&](int direction, int cell) {
-    const int n = grid.cells[static_cast<std::size_t>(direction)];
-    return ((cell % n) + n) % n;
-  };
-  const auto near_edge = [h](double centre_distance) {
-    return std::max(std::abs(centre_distance) - 0.5 * h, 0.0);
-  };
-
-  InteriorSums sums;
-  const int nx = grid.cells[0];
-  const auto [first_plane, last_plane] = cells_within(1, radius);
-  for (int j = first_plane; j <= last_plane; ++j) {
-    const int plane = wrapped(1, j);
-    if (!slabs.holds_plane(plane)) continue;
-    const double y = distance(1, j), edge_y = near_edge(y);
-    const double disc = radius * radius - edge_y * edge_y;
-    const auto [first_row, last_row] = cells_within(2, std::sqrt(std::max(disc, 0.0)));
-    for (int k = first_row; k <= last_row; ++k) {
-      const double z = distance(2, k), edge_z = near_edge(z);
-      const int row_here = wrapped(2, k);
-      if (edge_z * edge_z >= disc || !slabs.holds_row(row_here)) continue;
-      const auto [first, last] = cells_within(0, std::sqrt(disc - edge_z * edge_z));
-      if (last < first) continue;
-      const std::vector<double>& alpha =
-          share.row(radius, h, distance(0, first), y, z, last - first + 1);
-      const Real* row =
-          velocity.row(plane - slabs.first(), row_here - slabs.first_row(), component);
-      RowSums along;
-      int i = wrapped(0, first);
-      double x = distance(0, first);
-      for (const double weight : alpha) {
-        const double weighted = weight * static_cast<double>(row[i]);
-        along.cells += weight;
-        along.x += weight * x;
-        along.xx += weight * x * x;
-        along.u += weighted;
-        along.xu += weighted * x;
-        x += h;
-        if (++i == nx) i = 0;
+InteriorSums InteriorCells::sums(std::size_t n, const Field<Real>& velocity) const {
+  InteriorSums total;
+  for (std::size_t r = begin_[n]; r < begin_[n + 1]; ++r) {
+    const Row& row = rows_[r];
+    const Real* u = velocity.row(0, 0, 0) + row.first;
+    const double* share = shares_.data() + row.share;
+    RowSums sums;
+    const auto partly = [&](int from, int to) {
+      for (int i = from; i < to; ++i) {
+        const double alpha = *share++, x = row.x + h_ * i;
+        const double weighted = alpha * static_cast<double>(u[i]);
+        sums.cells += alpha;
+        sums.x += alpha * x;
+        sums.xx += alpha * x * x;
+        sums.u += weighted;
+        sums.xu += weighted * x;
       }
-      add_row(sums, along, y, z, component);
+    };
+    partly(0, row.full_begin);
+    partly(row.full_end, row.cells);
+    // sum x and sum x^2 of equally spaced cells about their middle
+    const int count = row.full_end - row.full_begin;
+    const double middle = row.x + h_ * (row.full_begin + 0.5 * (count - 1));
+    sums.cells += count;
+    sums.x += count * middle;
+    sums.xx += count * (middle * middle + h_ * h_ * (double(count) * count - 1.0) / 12.0);
+    double plain = 0.0, lever = 0.0;
+    for (int i = row.full_begin; i < row.full_end; ++i) {
+      const double value = static_cast<double>(u[i]);
+      plain += value;
+      lever += i * value;
     }
+    sums.u += plain;
+    sums.xu += row.x * plain + h_ * lever;
+    add_row(total, sums, row.y, row.z, row.component);
   }
-  return sums;
+  return total;
 }
 
 /// Momentum and angular momentum about its centre of the fluid inside a sphere, per fluid density.

@@ -18,11 +18,14 @@ inline double roma_kernel(double r) {
   return (5.0 - 3.0 * a - std::sqrt(1.0 - 3.0 * (1.0 - a) * (1.0 - a))) / 6.0;
 }
 
+/// phi(d) for |d| <= 1/2.
+inline double roma_middle_weight(double d) { return (1.0 + std::sqrt(1.0 - 3.0 * d * d)) / 3.0; }
+
 /// The kernel's weights at the points -1, 0, +1 seen from a marker at `d`, |d| <= 1/2, off the
 /// middle point. The outer two follow from the middle one by the kernel's moments, sum phi = 1 and
 /// sum r phi = 0, which therefore hold to round-off.
 inline std::array<double, 3> roma_weights(double d) {
-  const double middle = (1.0 + std::sqrt(1.0 - 3.0 * d * d)) / 3.0;
+  const double middle = roma_middle_weight(d);
   return {0.5 * (1.0 - middle - d), middle, 0.5 * (1.0 - middle + d)};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -42,8 +43,9 @@ inline std::vector<Vec3> spiral_points(int count) {
 /// Markers of one sphere size relative to its centre [L]; the same for all spheres of that radius,
 /// and not turned with them (a sphere's surface looks the same from all sides).
 struct MarkerLayout {
-  double radius = 0.0;     ///< of the sphere [L]
-  std::vector<Vec3> arms;  ///< from the centre to the markers [L]
+  double radius = 0.0;                       ///< of the sphere [L]
+  std::vector<Vec3> arms;                    ///< from the centre to the markers [L]
+  std::array<std::vector<double>, 3> along;  ///< the same, direction by direction
 };
 
 /// Layout for spheres of `radius` on cells of edge `h`; `retraction` in cells, negative: the
@@ -52,7 +54,10 @@ inline MarkerLayout make_marker_layout(double radius, double h, double retractio
   const double cells = radius / h;
   const double pulled_in = (retraction < 0.0 ? default_retraction(cells) : retraction) * h;
   MarkerLayout layout{.radius = radius, .arms = spiral_points(marker_count(cells))};
-  for (Vec3& arm : layout.arms) arm *= std::max(radius - pulled_in, 0.0);
+  for (Vec3& arm : layout.arms) {
+    arm *= std::max(radius - pulled_in, 0.0);
+    for (int d = 0; d < 3; ++d) layout.along[static_cast<std::size_t>(d)].push_back(arm[d]);
+  }
   return layout;
 }
 

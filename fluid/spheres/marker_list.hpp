@@ -12,9 +12,9 @@
 
 namespace bedload {
 
-/// The markers of one velocity component that this rank handles: those whose nearest cell of that
-/// component's staggered grid is its own, so that their support ends in the first ghosts. Sphere
-/// after sphere: a sphere's support fits into the first-level cache.
+/// The markers of one velocity component that this rank handles: those whose nearest plane of that
+/// component's staggered grid is its own, so that their support ends in the first ghost plane.
+/// Sphere after sphere: a sphere's support fits into the first-level cache.
 template <class Real>
 struct MarkerList {
   /// The markers begin .. end-1 belong to one sphere.
@@ -44,37 +44,79 @@ struct MarkerList {
   }
 };
 
-/// Appends those markers of the sphere `sphere` at `centre` [L], laid out as layouts[layout], that
-/// this rank handles for `component`, except those for which skip(position) is true. Markers beyond
-/// a wall are left out: there is no fluid.
-template <class Real, class Skip>
-void append_markers(MarkerList<Real>& list, const Field<Real>& field, const Grid& grid,
-                    const Decomposition& slabs, int component, const Vec3& centre, int sphere,
-                    int layout, const std::vector<MarkerLayout>& layouts, Skip skip) {
-  const std::array<StencilAxis, 3> axes{stencil_axis(grid, component, 0),
-                                        stencil_axis(grid, component, 1),
-                                        stencil_axis(grid, component, 2)};
-  const auto beyond_wall = [&grid](const Vec3& p) {
+/// The markers of one sphere on both kinds of points of each direction: cell centres and faces.
+/// Made once for its three velocity components, each of which takes the faces along its own
+/// direction.
+class SphereMarkers {
+ public:
+  explicit SphereMarkers(const Grid& grid) : grid_(grid) {}
+
+  void place(const Vec3& centre, const MarkerLayout& layout) {
+    centre_ = centre;
+    layout_ = &layout;
     for (int d = 0; d < 3; ++d)
-      if (!grid.periodic(d) && (p[d] < 0.0 || p[d] > grid.length[static_cast<std::size_t>(d)]))
-        return true;
-    return false;
-  };
-  const int begin = list.size();
-  const std::vector<Vec3>& arms = layouts[static_cast<std::size_t>(layout)].arms;
-  for (std::size_t m = 0; m < arms.size(); ++m) {
-    const Vec3 position = centre + arms[m];
-    const AxisWeights y = axis_weights(axes[1], position.y());
-    if (!slabs.holds_plane(y.nearest)) continue;
-    const AxisWeights z = axis_weights(axes[2], position.z());
-    if (!slabs.holds_row(z.nearest) || beyond_wall(position) || skip(position)) continue;
-    list.stencil.push_back(make_stencil(field, component, axis_weights(axes[0], position.x()),
-                                        y.nearest - slabs.first(), y, z.nearest - slabs.first_row(),
-                                        z));
-    list.arm.push_back(static_cast<std::int32_t>(m));
+      for (const bool face : {false, true})
+        find_weights(axis(d, face), centre[d], layout.along[static_cast<std::size_t>(d)],
+                     weights_[static_cast<std::size_t>(d)][face ? 1 : 0]);
+    // Markers beyond a wall are left out: there is no fluid.
+    beyond_wall_.clear();
+    for (int d = 0; d < 3; ++d) {
+      const double length = grid_.length[static_cast<std::size_t>(d)];
+      if (grid_.periodic(d) || (centre[d] >= layout.radius && centre[d] <= length - layout.radius))
+        continue;
+      beyond_wall_.resize(layout.arms.size());
+      for (std::size_t m = 0; m < beyond_wall_.size(); ++m) {
+        const double x = centre[d] + layout.arms[m][d];
+        if (x < 0.0 || x > length) beyond_wall_[m] = 1;
+      }
+    }
   }
-  if (list.size() > begin)
-    list.ranges.push_back({.sphere = sphere, .layout = layout, .begin = begin, .end = list.size()});
-}
+
+  /// Appends those markers that this rank handles for `component`, except those for which
+  /// skip(position) is true. `sphere` and `layout` are the numbers that the list keeps.
+  template <class Real, class Skip>
+  void append(MarkerList<Real>& list, const Field<Real>& field, const Decomposition& slabs,
+              int component, int sphere, int layout, Skip skip) const {
+    const auto along = [&](int d) -> const AxisWeightArrays& {
+      return weights_[static_cast<std::size_t>(d)][component == d ? 1 : 0];
+    };
+    const AxisWeightArrays &x = along(0), &y = along(1), &z = along(2);
+    const Real* origin = field.row(0, 0, 0);
+    const auto plane = static_cast<std::ptrdiff_t>(field.plane_size());
+    const int begin = list.size();
+    for (std::size_t m = 0; m < layout_->arms.size(); ++m) {
+      if (!slabs.holds(y.nearest[m], z.nearest[m]) || (!beyond_wall_.empty() && beyond_wall_[m]) ||
+          skip(centre_ + layout_->arms[m]))
+        continue;
+      const int row = z.nearest[m] - slabs.first_row();
+      const Real* first = field.row(0, row - 1, component);
+      const std::ptrdiff_t place =
+          first - origin + x.nearest[m] - 1 + (y.nearest[m] - slabs.first() - 1) * plane;
+      const auto real = [](double value) { return static_cast<Real>(value); };
+      list.stencil.push_back(
+          {.first = static_cast<std::int32_t>(place),
+           .rows = {static_cast<std::int32_t>(field.row(0, row, component) - first),
+                    static_cast<std::int32_t>(field.row(0, row + 1, component) - first)},
+           .x = {real(x.lower[m]), real(x.upper[m])},
+           .y = {real(y.lower[m]), real(y.upper[m])},
+           .z = {real(z.lower[m]), real(z.upper[m])}});
+      list.arm.push_back(static_cast<std::int32_t>(m));
+    }
+    if (list.size() > begin)
+      list.ranges.push_back(
+          {.sphere = sphere, .layout = layout, .begin = begin, .end = list.size()});
+  }
+
+ private:
+  StencilAxis axis(int direction, bool face) const {
+    return stencil_axis(grid_, face ? direction : (direction + 1) % 3, direction);
+  }
+
+  const Grid& grid_;
+  Vec3 centre_ = Vec3::Zero();
+  const MarkerLayout* layout_ = nullptr;
+  std::array<std::array<AxisWeightArrays, 2>, 3> weights_;  ///< by direction: centres, faces
+  std::vector<char> beyond_wall_;                           ///< empty: none is
+};
 
 }  // namespace bedload

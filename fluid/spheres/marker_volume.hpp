@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
+#include <span>
 
 #include "fluid/field.hpp"
 #include "fluid/spheres/marker_list.hpp"
@@ -23,8 +23,7 @@ namespace bedload {
 
 /// scratch += J^T 1.
 template <class Real>
-void spread_ones(const MarkerList<Real>& list, const std::vector<int>& markers,
-                 Field<Real>& scratch) {
+void spread_ones(const MarkerList<Real>& list, std::span<const int> markers, Field<Real>& scratch) {
   Real* origin = scratch.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(scratch.plane_size());
   for (const int m : markers)
@@ -33,7 +32,7 @@ void spread_ones(const MarkerList<Real>& list, const std::vector<int>& markers,
 
 /// volume_l = 1 / (before_l + (J scratch)_l); `before` (for the whole list) may be null.
 template <class Real>
-void weigh(MarkerList<Real>& list, const std::vector<int>& markers, const Real* before,
+void weigh(MarkerList<Real>& list, std::span<const int> markers, const Real* before,
            const Field<Real>& scratch) {
   const Real* origin = scratch.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(scratch.plane_size());
@@ -47,8 +46,7 @@ void weigh(MarkerList<Real>& list, const std::vector<int>& markers, const Real* 
 
 /// Zero again where spread_ones() wrote.
 template <class Real>
-void clear_ones(const MarkerList<Real>& list, const std::vector<int>& markers,
-                Field<Real>& scratch) {
+void clear_ones(const MarkerList<Real>& list, std::span<const int> markers, Field<Real>& scratch) {
   Real* origin = scratch.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(scratch.plane_size());
   for (const int m : markers) clear(list.stencil[static_cast<std::size_t>(m)], origin, plane);

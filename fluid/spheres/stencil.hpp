@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "fluid/field.hpp"
 #include "fluid/grid.hpp"
@@ -72,66 +73,86 @@ inline AxisWeights axis_weights(const StencilAxis& axis, double position) {
   return out;
 }
 
-/// Where one marker meets one velocity component: three weights per direction, and the place in the
-/// field's memory. The x weights end with a zero so that loops over x run over four values, a
-/// vector register's length.
-template <class Real>
-struct Stencil {
-  std::ptrdiff_t first;              ///< of point (nearest - 1 in x, y and z), from row(0, 0, 0)
-  std::array<std::int32_t, 2> rows;  ///< from the first z row to the second and the third
-  std::array<Real, 4> x;
-  std::array<Real, 3> y, z;
+/// The same for many markers, as arrays. The weight of the nearest point is 1 less the other two.
+struct AxisWeightArrays {
+  std::vector<std::int32_t> nearest;
+  std::vector<double> lower, upper;  ///< weights of the points nearest-1 and nearest+1
 };
 
-/// Stencil of component `component` from its three axis weights; `plane` and `row` are the local
-/// indices of the nearest y plane and z row. `field` only tells the layout, and may have fewer
-/// planes.
-template <class Real>
-Stencil<Real> make_stencil(const Field<Real>& field, int component, const AxisWeights& x, int plane,
-                           const AxisWeights& y, int row, const AxisWeights& z) {
-  const auto as_real = [](const std::array<double, 3>& weight) {
-    const Real lower = static_cast<Real>(weight[0]), upper = static_cast<Real>(weight[2]);
-    return std::array<Real, 3>{lower, Real{1} - lower - upper, upper};  // sum 1 in Real, too
-  };
-  Stencil<Real> s{};
-  const Real* first = field.row(0, row - 1, component);
-  s.first = first - field.row(0, 0, 0) + x.nearest - 1 +
-            (plane - 1) * static_cast<std::ptrdiff_t>(field.plane_size());
-  for (int n = 0; n < 2; ++n)
-    s.rows[static_cast<std::size_t>(n)] =
-        static_cast<std::int32_t>(field.row(0, row + n, component) - first);
-  const std::array<Real, 3> wx = as_real(x.weight);
-  s.x = {wx[0], wx[1], wx[2], Real{}};
-  s.y = as_real(y.weight);
-  s.z = as_real(z.weight);
-  return s;
+/// axis_weights() of markers at `centre` + arms[m] [L], the centre inside the box.
+inline void find_weights(const StencilAxis& axis, double centre, const std::vector<double>& arms,
+                         AxisWeightArrays& out) {
+  const std::size_t count = arms.size();
+  out.nearest.resize(count);
+  out.lower.resize(count);
+  out.upper.resize(count);
+  const double shift = (centre - axis.origin) / axis.h, scale = 1.0 / axis.h;
+  const std::int32_t period = axis.highest - axis.lowest + 1;
+  for (std::size_t m = 0; m < count; ++m) {
+    const double q = shift + scale * arms[m], nearest = std::floor(q + 0.5), d = q - nearest;
+    const double outer = 1.0 - roma_middle_weight(d);
+    out.lower[m] = 0.5 * (outer - d);
+    out.upper[m] = 0.5 * (outer + d);
+    out.nearest[m] = static_cast<std::int32_t>(nearest);
+  }
+  for (std::size_t m = 0; m < count; ++m) {
+    std::int32_t& nearest = out.nearest[m];
+    if (axis.periodic) {
+      nearest += nearest < axis.lowest ? period : 0;
+      nearest -= nearest > axis.highest ? period : 0;
+    } else if (nearest <= axis.lowest || nearest >= axis.highest) {
+      const AxisWeights at_wall = axis_weights(axis, centre + arms[m]);
+      nearest = at_wall.nearest;
+      out.lower[m] = at_wall.weight[0];
+      out.upper[m] = at_wall.weight[2];
+    }
+  }
 }
+
+/// Where one marker meets one velocity component: the outer two of three weights per direction (the
+/// one in the middle is 1 less these, in Real, too) and the place in the field's memory. One cache
+/// line in double precision.
+template <class Real>
+struct Stencil {
+  std::int32_t first;                ///< of point (nearest - 1 in x, y and z), from row(0, 0, 0)
+  std::array<std::int32_t, 2> rows;  ///< from the first z row to the second and the third
+  std::array<Real, 2> x, y, z;
+
+  static std::array<Real, 3> all(const std::array<Real, 2>& outer) {
+    return {outer[0], Real{1} - outer[0] - outer[1], outer[1]};
+  }
+  /// Ends with a zero, so that loops over x run over four values, a vector register's length.
+  std::array<Real, 4> x_line() const { return {x[0], Real{1} - x[0] - x[1], x[1], Real{}}; }
+};
 
 /// Interpolation: U = sum_i sum_j sum_k x_i y_j z_k u_ijk. `origin` is the field's row(0, 0, 0),
 /// `plane` the distance of two y planes in memory.
 template <class Real>
 inline Real interpolate(const Stencil<Real>& s, const Real* origin, std::ptrdiff_t plane) {
   const std::array<std::ptrdiff_t, 3> rows{0, s.rows[0], s.rows[1]};
+  const std::array<Real, 3> y = s.all(s.y), z = s.all(s.z);
+  const std::array<Real, 4> x = s.x_line();
   std::array<Real, 4> line{};
   for (std::size_t m = 0; m < 3; ++m)
     for (std::size_t n = 0; n < 3; ++n) {
       const Real* row = origin + s.first + static_cast<std::ptrdiff_t>(m) * plane + rows[n];
-      const Real weight = s.y[m] * s.z[n];
+      const Real weight = y[m] * z[n];
       for (std::size_t i = 0; i < 4; ++i) line[i] += weight * row[i];
     }
-  return (line[0] * s.x[0] + line[1] * s.x[1]) + (line[2] * s.x[2] + line[3] * s.x[3]);
+  return (line[0] * x[0] + line[1] * x[1]) + (line[2] * x[2] + line[3] * x[3]);
 }
 
 /// Spreading, the transpose: u_ijk += x_i y_j z_k value.
 template <class Real>
 inline void spread(const Stencil<Real>& s, Real value, Real* origin, std::ptrdiff_t plane) {
   const std::array<std::ptrdiff_t, 3> rows{0, s.rows[0], s.rows[1]};
-  std::array<Real, 4> line;
-  for (std::size_t i = 0; i < 4; ++i) line[i] = value * s.x[i];
+  const std::array<Real, 3> y = s.all(s.y), z = s.all(s.z);
+  std::array<Real, 4> line = s.x_line();
+  for (std::size_t i = 0; i < 4; ++i) line[i] *= value;
   for (std::size_t m = 0; m < 3; ++m)
     for (std::size_t n = 0; n < 3; ++n) {
       Real* row = origin + s.first + static_cast<std::ptrdiff_t>(m) * plane + rows[n];
-      const Real weight = s.y[m] * s.z[n];
+      const Real weight = y[m] * z[n];
       for (std::size_t i = 0; i < 4; ++i) row[i] += weight * line[i];
     }
 }

@@ -217,11 +217,11 @@ TEST(Forcing, AngularMomentumGivenIsThatOfTheField) {
   angular *= 1.7 * flow.grid.cell_volume();
   // The load is half of (the rest is paid later) the reaction plus what the fluid inside gained;
   // with the fluid at rest before, that is the field's own interior momentum.
-  VolumeShare share;
+  InteriorCells interior;
   std::array<InteriorSums, 3> sums;
   for (int c = 0; c < 3; ++c)
-    sums[static_cast<std::size_t>(c)] = interior_sums(flow.velocity, flow.grid, flow.slabs, c,
-                                                      all[0].position, all[0].radius, share);
+    interior.add(flow.velocity, flow.grid, flow.slabs, c, all[0].position, all[0].radius);
+  for (std::size_t c = 0; c < 3; ++c) sums[c] = interior.sums(c, flow.velocity);
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), 3 * static_cast<int>(interior_numbers), MPI_DOUBLE,
                 MPI_SUM, MPI_COMM_WORLD);
   // cells, x and xx were summed over ranks together with u: right for this fit, too.

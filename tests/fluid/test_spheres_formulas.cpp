@@ -127,10 +127,10 @@ std::array<InteriorSums, 3> sums_of_linear_field(const Grid& grid, const Vec3& c
                        c == 2 ? grid.face(k) : grid.centre(k)};
           field.row(j, k, c)[i] = velocity[c] + gradient.row(c).dot(x - centre);
         }
-  VolumeShare share;
+  InteriorCells interior;
   std::array<InteriorSums, 3> sums;
-  for (int c = 0; c < 3; ++c)
-    sums[static_cast<std::size_t>(c)] = interior_sums(field, grid, slabs, c, centre, radius, share);
+  for (int c = 0; c < 3; ++c) interior.add(field, grid, slabs, c, centre, radius);
+  for (std::size_t c = 0; c < 3; ++c) sums[c] = interior.sums(c, field);
   return sums;
 }
 
