@@ -51,10 +51,11 @@ void CoupledRun::command(int narg, char** arg) {
   fluid->allow_run(true);
   prepare();
 
-  bool going_on = true;
+  bool going_on = true, first = true;
   for (std::int64_t step = 0; going_on && step < most_steps; ++step) {
     for (const int substeps : dem_substeps) {
-      going_on = fluid->receive_loads();
+      going_on = fluid->receive_loads(first);
+      first = false;
       if (!going_on) break;
       if (fluid->stage().stage == 0) {
         fluid->set_time_step(fluid->stage().fluid_time_step);

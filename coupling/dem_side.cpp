@@ -1,8 +1,11 @@
 #include "coupling/dem_side.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <memory>
 
-#include "coupling/routes.hpp"
+#include "fluid/errors.hpp"
 
 namespace bedload {
 
@@ -10,7 +13,7 @@ DemSide::DemSide(const Job& job) : job_(job), outbox_(job.partner()) {}
 
 const FluidFacts& DemSide::facts() {
   if (!facts_) {
-    const int sender = load_sender(job_.rank(), job_.partner_size());
+    const int sender = teller(job_.rank(), job_.partner_size());
     facts_ = unpack_header<FluidFacts>(receive(job_.partner(), sender, Subject::fluid_facts));
   }
   return *facts_;
@@ -18,21 +21,43 @@ const FluidFacts& DemSide::facts() {
 
 void DemSide::introduce(const DemFacts& facts, const std::string& effects,
                         std::span<const StateRecord> spheres) {
-  if (job_.rank() == 0) {
-    const auto message = std::make_shared<const Bytes>(pack(facts, std::span<const char>(effects)));
-    for (const int fluid : state_receivers(job_.partner_size()))
-      outbox_.post(fluid, Subject::dem_facts, message);
+  const auto states = std::make_shared<const Bytes>(pack(MotionHeader{}, spheres));
+  const auto words = std::make_shared<const Bytes>(pack(facts, std::span<const char>(effects)));
+  for (int fluid = 0; fluid < job_.partner_size(); ++fluid) {
+    if (job_.rank() == 0) outbox_.post(fluid, Subject::dem_facts, words);
+    outbox_.post(fluid, Subject::spheres, states);
   }
-  post_states(Subject::spheres, MotionHeader{}, spheres);
   introduced_ = true;
 }
 
+void DemSide::find_partners(const Region& region) {
+  const int sender = teller(job_.rank(), job_.partner_size());
+  const Bytes bytes = receive(job_.partner(), sender, Subject::division);
+  const auto header = unpack_header<DivisionHeader>(bytes);
+  std::vector<std::int32_t> firsts;
+  unpack_items<DivisionHeader>(bytes, firsts);
+  const FluidFacts& fluid = facts();
+  const auto z = firsts.begin() + header.y_parts + 1;
+  blocks_ = {.length = fluid.length,
+             .periodic = {fluid.periodic[0] != 0, fluid.periodic[1] != 0, fluid.periodic[2] != 0},
+             .h = fluid.cell_size,
+             .y = {firsts.begin(), z},
+             .z = {z, firsts.end()}};
+  partners_ = partners_of(region, blocks_);
+  for (int rank = 0; rank < job_.partner_size(); ++rank) {
+    const bool is_partner = std::binary_search(partners_.begin(), partners_.end(), rank);
+    outbox_.post(rank, Subject::partners,
+                 std::make_shared<const Bytes>(1, is_partner ? std::byte{1} : std::byte{0}));
+  }
+}
+
 StageLoads DemSide::receive_loads() {
-  const int sender = load_sender(job_.rank(), job_.partner_size());
-  const Bytes bytes = receive(job_.partner(), sender, Subject::loads);
   StageLoads stage;
-  stage.header = unpack_header<LoadHeader>(bytes);
-  unpack_items<LoadHeader>(bytes, stage.loads);
+  for (const int fluid : partners_) {
+    const Bytes bytes = receive(job_.partner(), fluid, Subject::loads);
+    stage.header = unpack_header<LoadHeader>(bytes);
+    unpack_items<LoadHeader>(bytes, stage.loads);
+  }
   stopped_ = stage.header.order == Order::stop;
   // All states have been read when the next order comes; let MPI drop the requests.
   if (stopped_) outbox_.flush();
@@ -40,14 +65,25 @@ StageLoads DemSide::receive_loads() {
 }
 
 void DemSide::send_motion(MotionHeader header, std::span<const StateRecord> spheres) {
-  post_states(Subject::states, header, spheres);
-}
-
-void DemSide::post_states(Subject subject, const MotionHeader& header,
-                          std::span<const StateRecord> spheres) {
-  const auto message = std::make_shared<const Bytes>(pack(header, spheres));
-  for (const int fluid : state_receivers(job_.partner_size()))
-    outbox_.post(fluid, subject, message);
+  std::vector<std::vector<StateRecord>> records(partners_.size());
+  for (const StateRecord& sphere : spheres)
+    blocks_.near(vec3(sphere.position), sphere.radius, [&](int fluid) {
+      const auto partner = std::lower_bound(partners_.begin(), partners_.end(), fluid);
+      if (partner == partners_.end() || *partner != fluid)
+        throw UserError(fmt::format(
+            "atom {} (radius {}) at ({:.6g}, {:.6g}, {:.6g}) reaches further out of its "
+            "processor's part of the box than was expected of the largest sphere at "
+            "the start; use fewer ranks for LIGGGHTS or a wider neighbor skin.",
+            sphere.tag, sphere.radius, sphere.position[0], sphere.position[1], sphere.position[2]));
+      records[static_cast<std::size_t>(partner - partners_.begin())].push_back(sphere);
+    });
+  for (std::size_t n = 0; n < partners_.size(); ++n) {
+    outbox_.post(
+        partners_[n], Subject::states,
+        std::make_shared<const Bytes>(pack(header, std::span<const StateRecord>(records[n]))));
+    header.impulse = header.angular_impulse = {};  // the first has it
+    header.collisions = 0;
+  }
 }
 
 }  // namespace bedload

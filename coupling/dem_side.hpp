@@ -10,10 +10,11 @@
 #include "coupling/mailbox.hpp"
 #include "coupling/message.hpp"
 #include "coupling/roles.hpp"
+#include "coupling/routes.hpp"
 
 namespace bedload {
 
-/// Loads of one stage as they arrived, for all mobile spheres.
+/// Loads of one stage as they arrived, for the spheres whose motion this rank sent last.
 struct StageLoads {
   LoadHeader header{};
   std::vector<LoadRecord> loads;
@@ -35,22 +36,26 @@ class DemSide {
                  std::span<const StateRecord> spheres);
   bool introduced() const { return introduced_; }
 
+  /// Waits for the fluid's division of the box and tells each of its ranks whether it is a partner.
+  void find_partners(const Region& region);
+
   /// Waits for the next stage's loads. After a stop order the fluid sends nothing more.
   StageLoads receive_loads();
 
-  /// Sends this rank's mobile spheres and what it did in the stage; returns at once.
+  /// Sends this rank's mobile spheres and what it did in the stage, to each partner those near its
+  /// block; returns at once. Throws UserError when a sphere is near a block whose rank is no
+  /// partner.
   void send_motion(MotionHeader header, std::span<const StateRecord> spheres);
 
   /// Whether the fluid has ended the coupled run.
   bool stopped() const { return stopped_; }
 
  private:
-  void post_states(Subject subject, const MotionHeader& header,
-                   std::span<const StateRecord> spheres);
-
   const Job& job_;
   Outbox outbox_;
   std::optional<FluidFacts> facts_;
+  BlockMap blocks_;            ///< of the fluid
+  std::vector<int> partners_;  ///< ranks of the fluid, ascending
   bool introduced_ = false;
   bool stopped_ = false;
 };

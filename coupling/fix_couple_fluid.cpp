@@ -16,6 +16,8 @@
 #include "domain.h"
 #include "fix_gravity.h"
 #include "fix_property_atom.h"
+#include "fluid/errors.hpp"
+#include "fluid/spheres/gather.hpp"
 #include "force.h"
 #include "group.h"
 #include "integrate.h"
@@ -24,6 +26,7 @@
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
 #include "modify.h"
+#include "neighbor.h"
 #include "pair.h"
 #include "pair_gran.h"
 #include "update.h"
@@ -182,15 +185,33 @@ void FixCoupleFluid::set_time_step(double fluid_time_step) {
   for (int i = 0; i < modify->nfix; ++i) modify->fix[i]->reset_dt();
 }
 
-bool FixCoupleFluid::receive_loads() {
+bool FixCoupleFluid::receive_loads(bool first) {
   stage_ = side_->receive_loads();
   if (side_->stopped()) return false;
+  if (first) hand_on_loads();
   done_ = {};
   done_.began = clock_seconds();
   done_.step = stage_.header.step;
   done_.stage = stage_.header.stage;
   hold_loads();
   return true;
+}
+
+bool FixCoupleFluid::is_here(std::int64_t tag) const {
+  const int i = atom->map(static_cast<int>(tag));
+  return i >= 0 && i < atom->nlocal;
+}
+
+// The fluid answers to the rank that sent a sphere's motion. When a coupled run begins LIGGGHTS may
+// have handed atoms to other ranks since.
+void FixCoupleFluid::hand_on_loads() {
+  std::vector<LoadRecord>& loads = stage_.loads;
+  const auto stray = std::partition(loads.begin(), loads.end(),
+                                    [this](const LoadRecord& load) { return is_here(load.tag); });
+  const std::vector<LoadRecord> strays(stray, loads.end());
+  loads.erase(stray, loads.end());
+  for (const LoadRecord& load : gather_by_tag<LoadRecord>(world, strays))
+    if (is_here(load.tag)) loads.push_back(load);
 }
 
 // Velocity Verlet's first half kick of the stage still uses the forces of the previous step's end.
@@ -200,8 +221,8 @@ void FixCoupleFluid::hold_loads() {
   double** const held_force = force_->array_atom;
   double** const held_torque = torque_->array_atom;
   for (const LoadRecord& load : stage_.loads) {
+    if (!is_here(load.tag)) continue;  // deleted
     const int i = atom->map(static_cast<int>(load.tag));
-    if (i < 0 || i >= atom->nlocal) continue;  // another rank's
     for (std::size_t d = 0; d < 3; ++d) {
       atom->f[i][d] += load.force[d] - held_force[i][d];
       atom->torque[i][d] += load.torque[d] - held_torque[i][d];
@@ -226,7 +247,11 @@ void FixCoupleFluid::send_motion() {
   if (done_.stage == 0) collisions_ = finished_collisions();
   done_.collisions = collisions_;
   done_.ended = clock_seconds();
-  side_->send_motion(done_, states(false));
+  try {
+    side_->send_motion(done_, states(false));
+  } catch (const UserError& error) {
+    stop_run(lmp, fmt::format("fix couple/fluid: {}", error.what()));
+  }
 }
 
 // The count over all ranks travels with rank 0's states.
@@ -252,7 +277,14 @@ std::vector<StateRecord> FixCoupleFluid::states(bool with_fixed) const {
 void FixCoupleFluid::shake_hands() {
   if (side_->introduced()) return;
   check_atoms();
-  side_->introduce(collect_facts(), describe_effects(), states(true));
+  const DemFacts facts = collect_facts();
+  side_->introduce(facts, describe_effects(), states(true));
+  // Atoms change rank when neighbour lists are built, by then at most a skin out of the region;
+  // what comes later may be twice as large.
+  side_->find_partners({.low = triple(domain->sublo),
+                        .high = triple(domain->subhi),
+                        .margin = neighbor->skin,
+                        .largest_radius = 2.0 * facts.largest_radius});
 }
 
 // A fixed sphere that something moves would leave its markers behind.

@@ -45,8 +45,9 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   double fluid_time_step() const { return dt_fluid_; }
   /// Holds the fluid's time step: LIGGGHTS' own becomes a fifteenth of it, everywhere.
   void set_time_step(double fluid_time_step);
-  /// Waits for the next stage's loads; false: the fluid has ended the coupled run.
-  bool receive_loads();
+  /// Waits for the next stage's loads; false: the fluid has ended the coupled run. `first`: of this
+  /// coupled run.
+  bool receive_loads(bool first);
   /// Sends the motion to the fluid.
   void send_motion();
 
@@ -57,7 +58,9 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
  private:
   bool is_mobile(int mask) const { return (mask & groupbit) != 0 && (mask & fixed_bit_) == 0; }
   bool is_fixed(int mask) const { return (mask & groupbit) != 0 && (mask & fixed_bit_) != 0; }
+  void hand_on_loads();
   void hold_loads();
+  bool is_here(std::int64_t tag) const;
   void project_forces();
   DemFacts collect_facts() const;
   std::string describe_effects() const;

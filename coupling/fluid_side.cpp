@@ -27,14 +27,11 @@ void add(Triple& sum, const Triple& term) {
   for (std::size_t d = 0; d < 3; ++d) sum[d] += term[d];
 }
 
-std::vector<std::int64_t> tags_of(const std::vector<SphereState>& spheres) {
-  std::vector<std::int64_t> tags;
-  tags.reserve(spheres.size());
-  for (const SphereState& s : spheres) tags.push_back(s.tag);
-  return tags;
-}
-
-void check_tags(const std::vector<SphereState>& ascending) {
+/// What the fluid computes does not depend on which rank of LIGGGHTS holds a sphere.
+void sort_by_tag(std::vector<SphereState>& spheres) {
+  std::sort(spheres.begin(), spheres.end(),
+            [](const SphereState& a, const SphereState& b) { return a.tag < b.tag; });
+  const std::vector<SphereState>& ascending = spheres;
   for (std::size_t i = 1; i < ascending.size(); ++i)
     if (ascending[i].tag == ascending[i - 1].tag)
       throw UserError(
@@ -49,7 +46,7 @@ FluidSide::FluidSide(const Job& job) : job_(job), outbox_(job.partner()) {}
 void FluidSide::introduce(const FluidFacts& facts) {
   facts_ = facts;
   const auto message = std::make_shared<const Bytes>(pack(facts, std::span<const char>{}));
-  for (const int dem : load_receivers(job_.rank(), job_.size(), job_.partner_size()))
+  for (const int dem : listeners(job_.rank(), job_.size(), job_.partner_size()))
     outbox_.post(dem, Subject::fluid_facts, message);
 }
 
@@ -62,8 +59,13 @@ Acquaintance FluidSide::meet() {
   dem.effects.assign(effects.begin(), effects.end());
   if (const auto sentence = disagreement(facts_, dem.facts)) throw UserError(*sentence);
 
-  std::vector<MotionHeader> headers;
-  dem.spheres = gather_states(Subject::spheres, headers);
+  for (int rank = 0; rank < job_.partner_size(); ++rank) {
+    std::vector<StateRecord> records;
+    unpack_items<MotionHeader>(receive(job_.partner(), rank, Subject::spheres), records);
+    remember_owners(records, rank);
+    for (const StateRecord& record : records) dem.spheres.push_back(sphere_state(record));
+  }
+  sort_by_tag(dem.spheres);
   const auto mobile =
       std::count_if(dem.spheres.begin(), dem.spheres.end(), [](const auto& s) { return s.mobile; });
   if (mobile != dem.facts.mobile ||
@@ -71,55 +73,85 @@ Acquaintance FluidSide::meet() {
     throw UserError(fmt::format(
         "LIGGGHTS announced {} mobile and {} fixed spheres but sent {} and {}.", dem.facts.mobile,
         dem.facts.fixed, mobile, static_cast<std::int64_t>(dem.spheres.size()) - mobile));
-  for (const SphereState& s : dem.spheres)
-    if (s.mobile) mobile_tags_.push_back(s.tag);
   return dem;
+}
+
+void FluidSide::remember_owners(const std::vector<StateRecord>& records, int dem) {
+  for (const StateRecord& record : records)
+    if (record.mobile != 0) owners_[record.tag] = dem;
+}
+
+void FluidSide::divide(const BlockMap& blocks) {
+  blocks_ = blocks;
+  std::vector<std::int32_t> firsts(blocks.y.begin(), blocks.y.end());
+  firsts.insert(firsts.end(), blocks.z.begin(), blocks.z.end());
+  const auto message = std::make_shared<const Bytes>(pack(
+      DivisionHeader{blocks.y_parts(), blocks.z_parts()}, std::span<const std::int32_t>(firsts)));
+  for (const int dem : listeners(job_.rank(), job_.size(), job_.partner_size()))
+    outbox_.post(dem, Subject::division, message);
+  for (int dem = 0; dem < job_.partner_size(); ++dem)
+    if (receive(job_.partner(), dem, Subject::partners).front() != std::byte{0})
+      partners_.push_back(dem);
 }
 
 void FluidSide::send_loads(int stage, double time_step, bool last_step,
                            std::span<const SphereLoad> loads) {
   stage_ = stage;
-  std::vector<LoadRecord> records;
-  records.reserve(loads.size());
-  impulse_sent_ = angular_impulse_sent_ = {};
-  impulse_size_ = angular_impulse_size_ = 0.0;
+  StageSums& sums = sums_[static_cast<std::size_t>(stage)] = {};
   const double length = stage_length(stage, time_step);
   for (const SphereLoad& load : loads) {
-    records.push_back(load_record(load));
-    add(impulse_sent_, triple(length * load.force));
-    add(angular_impulse_sent_, triple(length * load.torque));
-    impulse_size_ += length * load.force.norm();
-    angular_impulse_size_ += length * load.torque.norm();
+    add(sums.sent, triple(length * load.force));
+    add(sums.angular_sent, triple(length * load.torque));
+    sums.size += length * load.force.norm();
+    sums.angular_size += length * load.torque.norm();
   }
-  post_loads({step_, stage, Order::advance, time_step, last_step ? 1 : 0, 0}, records);
+  post_loads({step_, stage, Order::advance, time_step, last_step ? 1 : 0, 0}, loads);
   outbox_.push(push_patience);
 }
 
 Motion FluidSide::receive_motion() {
-  std::vector<MotionHeader> headers;
   Motion motion;
-  motion.mobile = gather_states(Subject::states, headers);
-
-  Triple impulse{}, angular_impulse{};
-  motion.dem_began = headers.front().began;
-  std::int64_t collisions = 0;
-  for (const MotionHeader& header : headers) {
-    add(impulse, header.impulse);
-    add(angular_impulse, header.angular_impulse);
-    collisions += header.collisions;
-    motion.dem_began = std::min(motion.dem_began, header.began);
+  StageSums& sums = sums_[static_cast<std::size_t>(stage_)];
+  owners_.clear();
+  collisions_ = 0;
+  for (const int dem : partners_) {
+    const Bytes bytes = receive(job_.partner(), dem, Subject::states);
+    const auto header = unpack_header<MotionHeader>(bytes);
+    assert(header.step == step_ && header.stage == stage_);
+    std::vector<StateRecord> records;
+    unpack_items<MotionHeader>(bytes, records);
+    remember_owners(records, dem);
+    for (const StateRecord& record : records) motion.mobile.push_back(sphere_state(record));
+    add(sums.given, header.impulse);
+    add(sums.angular_given, header.angular_impulse);
+    collisions_ += header.collisions;
+    motion.dem_began =
+        dem == partners_.front() ? header.began : std::min(motion.dem_began, header.began);
     motion.dem_ended = std::max(motion.dem_ended, header.ended);
   }
-  motion.collisions = collisions < 0 ? -1 : collisions;
-  motion.momentum_residual =
-      std::max(relative_difference(impulse, impulse_sent_, impulse_size_),
-               relative_difference(angular_impulse, angular_impulse_sent_, angular_impulse_size_));
-
-  const std::vector<std::int64_t> tags = tags_of(motion.mobile);
-  motion.same_spheres = tags == mobile_tags_;
-  mobile_tags_ = tags;
+  sort_by_tag(motion.mobile);
+  mobile_ = std::count_if(motion.mobile.begin(), motion.mobile.end(), [this](const auto& s) {
+    return blocks_.home(s.position) == job_.rank();
+  });
   if (stage_ + 1 == static_cast<int>(dem_substeps.size())) ++step_;
   return motion;
+}
+
+StepAccount FluidSide::settle() {
+  static_assert(sizeof(sums_) == dem_substeps.size() * 14 * sizeof(double));
+  struct {
+    std::array<StageSums, dem_substeps.size()> stages;
+    double collisions, mobile;  // exact in a double
+  } all{sums_, static_cast<double>(collisions_), static_cast<double>(mobile_)};
+  MPI_Allreduce(MPI_IN_PLACE, &all, sizeof(all) / sizeof(double), MPI_DOUBLE, MPI_SUM, job_.own());
+  StepAccount account;
+  for (const StageSums& s : all.stages)
+    account.momentum_residual =
+        std::max({account.momentum_residual, relative_difference(s.given, s.sent, s.size),
+                  relative_difference(s.angular_given, s.angular_sent, s.angular_size)});
+  account.collisions = all.collisions < 0.0 ? -1 : static_cast<std::int64_t>(all.collisions);
+  account.mobile = static_cast<std::int64_t>(all.mobile);
+  return account;
 }
 
 void FluidSide::stop() {
@@ -127,29 +159,13 @@ void FluidSide::stop() {
   outbox_.flush();
 }
 
-void FluidSide::post_loads(const LoadHeader& header, std::span<const LoadRecord> records) {
-  const auto message = std::make_shared<const Bytes>(pack(header, records));
-  for (const int dem : load_receivers(job_.rank(), job_.size(), job_.partner_size()))
-    outbox_.post(dem, Subject::loads, message);
-}
-
-std::vector<SphereState> FluidSide::gather_states(Subject subject,
-                                                  std::vector<MotionHeader>& headers) const {
-  std::vector<StateRecord> records;
-  for (int dem = 0; dem < job_.partner_size(); ++dem) {
-    const Bytes bytes = receive(job_.partner(), dem, subject);
-    headers.push_back(unpack_header<MotionHeader>(bytes));
-    assert(headers.back().step == step_ && headers.back().stage == stage_);
-    unpack_items<MotionHeader>(bytes, records);
-  }
-  // Ascending tags: what the fluid computes does not depend on which LIGGGHTS rank holds a sphere.
-  std::sort(records.begin(), records.end(),
-            [](const StateRecord& a, const StateRecord& b) { return a.tag < b.tag; });
-  std::vector<SphereState> spheres;
-  spheres.reserve(records.size());
-  for (const StateRecord& record : records) spheres.push_back(sphere_state(record));
-  check_tags(spheres);
-  return spheres;
+void FluidSide::post_loads(const LoadHeader& header, std::span<const SphereLoad> loads) {
+  std::unordered_map<int, std::vector<LoadRecord>> records;
+  for (const SphereLoad& load : loads) records[owners_.at(load.tag)].push_back(load_record(load));
+  for (const int dem : partners_)
+    outbox_.post(
+        dem, Subject::loads,
+        std::make_shared<const Bytes>(pack(header, std::span<const LoadRecord>(records[dem]))));
 }
 
 }  // namespace bedload

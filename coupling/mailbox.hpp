@@ -10,7 +10,16 @@
 namespace bedload {
 
 /// What a message is about: the MPI tag.
-enum class Subject : int { fluid_facts, dem_facts, spheres, loads, states, farewell };
+enum class Subject : int {
+  fluid_facts,
+  dem_facts,
+  spheres,
+  division,
+  partners,
+  loads,
+  states,
+  farewell
+};
 
 /// Messages on their way to ranks of the partner. Posting never waits; buffers live until they have
 /// left.

@@ -14,7 +14,7 @@
 namespace bedload {
 
 /// Raised whenever a record below, or who sends it when, changes.
-inline constexpr std::int32_t protocol_number = 1;
+inline constexpr std::int32_t protocol_number = 2;
 
 using Triple = std::array<double, 3>;
 using Bytes = std::vector<std::byte>;
@@ -52,6 +52,7 @@ struct LoadHeader {
 struct MotionHeader {
   std::int64_t step;
   std::int64_t stage;
+  // To one of the partners; zero to the others.
   Triple impulse;           ///< sum over this rank's spheres and sub-steps of force dt [M L/T]
   Triple angular_impulse;   ///< the same of the torque [M L^2/T]
   std::int64_t collisions;  ///< finished so far, all on rank 0's record; -1 there: not counted
@@ -68,6 +69,12 @@ struct FluidFacts {
   double kinematic_viscosity;  ///< [L^2/T]
   double time_step;            ///< [T]
   double cell_size;            ///< [L]
+};
+
+/// How the fluid has divided the box, as soon as it knows: followed by the first planes of the
+/// parts along y, the first rows of those along z, and the numbers of planes and rows behind each.
+struct DivisionHeader {
+  std::int32_t y_parts, z_parts;
 };
 
 /// What LIGGGHTS knows of it: sent at the first coupled_run; a text (one effect per line:
@@ -87,8 +94,8 @@ struct DemFacts {
 template <class T>
 concept Record = std::is_trivially_copyable_v<T> && std::is_standard_layout_v<T>;
 
-static_assert(Record<StateRecord> && Record<LoadRecord> && Record<LoadHeader> &&
-              Record<MotionHeader> && Record<FluidFacts> && Record<DemFacts>);
+static_assert(Record<DivisionHeader> && Record<StateRecord> && Record<LoadRecord> &&
+              Record<LoadHeader> && Record<MotionHeader> && Record<FluidFacts> && Record<DemFacts>);
 
 /// A number that differs when sizes or places of the records' members differ; both programs compare
 /// theirs before the first message.

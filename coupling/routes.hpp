@@ -2,30 +2,42 @@
 
 #include <vector>
 
+#include "coupling/message.hpp"
+#include "fluid/block_map.hpp"
+
 namespace bedload {
 
-/// Which rank of one program speaks to which rank of the other. Today every fluid rank knows all
-/// spheres and the complete loads, so that loads come from one fluid rank per LIGGGHTS rank and
-/// states go to all. Sending a sphere's record only to the fluid ranks that its markers touch
-/// replaces these functions; the two ends take the lists as they come.
+/// Which rank of one program speaks to which rank of the other. A rank of LIGGGHTS and one of the
+/// fluid are partners when a sphere in the one's part of the box can be near the other's block; in
+/// every stage partners send each other one message, which holds the spheres that concern the
+/// receiver. Who are partners is found once, by LIGGGHTS' ranks, whose parts do not change.
 
-/// Fluid rank that sends the loads to rank `dem_rank` of LIGGGHTS.
-inline int load_sender(int dem_rank, int fluid_ranks) { return dem_rank % fluid_ranks; }
+/// Fluid rank that tells rank `dem_rank` of LIGGGHTS what it has to know of the scene.
+inline int teller(int dem_rank, int fluid_ranks) { return dem_rank % fluid_ranks; }
 
-/// LIGGGHTS ranks that fluid rank `fluid_rank` sends the loads to.
-inline std::vector<int> load_receivers(int fluid_rank, int fluid_ranks, int dem_ranks) {
-  std::vector<int> receivers;
+/// Ranks of LIGGGHTS that fluid rank `fluid_rank` tells.
+inline std::vector<int> listeners(int fluid_rank, int fluid_ranks, int dem_ranks) {
+  std::vector<int> ranks;
   for (int dem = 0; dem < dem_ranks; ++dem)
-    if (load_sender(dem, fluid_ranks) == fluid_rank) receivers.push_back(dem);
-  return receivers;
+    if (teller(dem, fluid_ranks) == fluid_rank) ranks.push_back(dem);
+  return ranks;
 }
 
-/// Fluid ranks that each LIGGGHTS rank sends its states to.
-inline std::vector<int> state_receivers(int fluid_ranks) {
-  std::vector<int> receivers(static_cast<std::size_t>(fluid_ranks));
-  for (int fluid = 0; fluid < fluid_ranks; ++fluid)
-    receivers[static_cast<std::size_t>(fluid)] = fluid;
-  return receivers;
+/// Where a rank of LIGGGHTS has its atoms [L].
+struct Region {
+  Triple low, high;
+  double margin;          ///< how far beyond atoms may be between two exchanges
+  double largest_radius;  ///< of the spheres that may come
+};
+
+/// The partners of a rank of LIGGGHTS, ascending.
+inline std::vector<int> partners_of(const Region& region, const BlockMap& blocks) {
+  const Vec3 low = vec3(region.low), high = vec3(region.high);
+  std::vector<int> ranks;
+  blocks.near(0.5 * (low + high),
+              0.5 * (high - low) + Vec3::Constant(region.margin + region.largest_radius),
+              [&](int rank) { ranks.push_back(rank); });
+  return ranks;
 }
 
 }  // namespace bedload

@@ -161,7 +161,8 @@ template <class Real>
 void RunOutput<Real>::write_spheres() {
   if (!spheres_) return;
   const Channel<Real>& channel = simulation_.channel();
-  spheres_->sample(channel.step(), channel.time(), simulation_.spheres(), simulation_.mean_loads());
+  spheres_->sample(channel.step(), channel.time(), simulation_.gather_mobile(),
+                   simulation_.gather_mean_loads());
 }
 
 template <class Real>

@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "coupling/stages.hpp"
+#include "fluid/block_map.hpp"
 #include "fluid/runge_kutta.hpp"
+#include "fluid/spheres/gather.hpp"
 
 namespace bedload {
 
@@ -30,7 +32,11 @@ Simulation<Real>::Simulation(const Settings& settings, MPI_Comm comm, FluidSide*
     : channel_(settings, comm, spheres),
       partner_(partner),
       phases_(timing_, partner != nullptr || !spheres.empty(), partner != nullptr),
-      spheres_(spheres.begin(), spheres.end()) {}
+      spheres_(spheres.begin(), spheres.end()) {
+  account_.mobile = std::count_if(spheres_.begin(), spheres_.end(),
+                                  [](const SphereState& s) { return s.mobile; });
+  if (partner_) partner_->divide(block_map(channel_.grid(), channel_.decomposition()));
+}
 
 // The Runge-Kutta stages of one step. While the pressure is solved, which needs nothing of the
 // grains, LIGGGHTS moves them by the loads of the same stage, in 8, 2 and 5 steps of its own.
@@ -55,24 +61,23 @@ void Simulation<Real>::make_step(bool last) {
     timing_.measure(phases_.markers, [&] { move_spheres(); });
     take_note(stage);
   }
-  timing_.measure(phases_.closing, [&] { channel_.finish_step(); });
+  timing_.measure(phases_.closing, [&] {
+    channel_.finish_step();
+    if (partner_) account_ = partner_->settle();
+  });
 }
 
 template <class Real>
 void Simulation<Real>::begin_step() {
   mean_loads_.clear();
   grain_intervals_.clear();
-  exchange_residual_ = 0.0;
 }
 
 template <class Real>
 void Simulation<Real>::move_spheres() {
   std::erase_if(spheres_, [](const SphereState& s) { return s.mobile; });
   spheres_.insert(spheres_.end(), motion_.mobile.begin(), motion_.mobile.end());
-  if (motion_.same_spheres)
-    channel_.move_spheres(motion_.mobile);
-  else
-    channel_.set_spheres(spheres_);
+  channel_.move_spheres(motion_.mobile);
 }
 
 // mean of F over the step = sum over the stages of 2 alpha_k F_k
@@ -84,26 +89,37 @@ void Simulation<Real>::take_note(int stage) {
     mean.force += weight * load.force;
     mean.torque += weight * load.torque;
   }
-  exchange_residual_ = std::max(exchange_residual_, motion_.momentum_residual);
   grain_intervals_.push_back({motion_.dem_began, motion_.dem_ended});
 }
 
 template <class Real>
-std::vector<SphereLoad> Simulation<Real>::mean_loads() const {
-  std::vector<SphereLoad> loads;
-  for (const auto& [tag, load] : mean_loads_) loads.push_back(load);
-  return loads;
+std::vector<SphereState> Simulation<Real>::gather_mobile() const {
+  const BlockMap blocks = block_map(channel_.grid(), channel_.decomposition());
+  std::vector<SphereState> here;
+  for (const SphereState& s : spheres_)
+    if (s.mobile && blocks.home(s.position) == channel_.decomposition().rank()) here.push_back(s);
+  return gather_by_tag<SphereState>(channel_.comm(), here);
 }
 
 template <class Real>
-std::int64_t Simulation<Real>::mobile_count() const {
-  return std::count_if(spheres_.begin(), spheres_.end(),
-                       [](const SphereState& s) { return s.mobile; });
+std::vector<SphereLoad> Simulation<Real>::gather_mean_loads() const {
+  std::vector<SphereLoad> mine, all;
+  for (const auto& [tag, load] : mean_loads_) mine.push_back(load);
+  // A sphere that changed rank in mid-step has its stages in two places.
+  for (const SphereLoad& load : gather_by_tag<SphereLoad>(channel_.comm(), mine)) {
+    if (all.empty() || all.back().tag != load.tag) {
+      all.push_back(load);
+      continue;
+    }
+    all.back().force += load.force;
+    all.back().torque += load.torque;
+  }
+  return all;
 }
 
 template <class Real>
 double Simulation<Real>::momentum_residual() const {
-  return std::max(std::abs(channel_.momentum_residual()), exchange_residual_);
+  return std::max(std::abs(channel_.momentum_residual()), account_.momentum_residual);
 }
 
 template class Simulation<float>;

@@ -34,16 +34,18 @@ class Simulation {
   /// What LIGGGHTS did in the last step.
   const std::vector<GrainInterval>& grain_intervals() const { return grain_intervals_; }
 
-  /// Fixed and mobile spheres as they are now.
+  /// All fixed spheres, and the mobile ones near this rank's block (at the start: all).
   const std::vector<SphereState>& spheres() const { return spheres_; }
-  std::int64_t mobile_count() const;
-  /// Force and torque on the mobile spheres, mean over the last step.
-  std::vector<SphereLoad> mean_loads() const;
+  /// All mobile spheres, and force and torque on them, mean over the last step; ascending tags.
+  /// Collective.
+  std::vector<SphereState> gather_mobile() const;
+  std::vector<SphereLoad> gather_mean_loads() const;
+  std::int64_t mobile_count() const { return account_.mobile; }
   /// Of the last step: the larger of what the fluid's streamwise momentum and what the exchange
   /// with LIGGGHTS fails to balance by, each over its own size.
   double momentum_residual() const;
   /// Finished collisions so far; -1: nobody counts.
-  std::int64_t collisions() const { return motion_.collisions; }
+  std::int64_t collisions() const { return account_.collisions; }
 
  private:
   void begin_step();
@@ -61,10 +63,10 @@ class Simulation {
   } phases_;
   std::vector<GrainInterval> grain_intervals_;
   std::vector<SphereState> spheres_;
-  std::vector<SphereLoad> loads_;                  ///< of the present stage
+  std::vector<SphereLoad> loads_;                  ///< of the present stage, of spheres here
   Motion motion_;                                  ///< what LIGGGHTS answered
   std::map<std::int64_t, SphereLoad> mean_loads_;  ///< by tag, of the last step so far
-  double exchange_residual_ = 0.0;
+  StepAccount account_;
 };
 
 }  // namespace bedload

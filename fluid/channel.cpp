@@ -79,7 +79,8 @@ void Channel<Real>::set_spheres(std::span<const SphereState> all) {
 
 template <class Real>
 void Channel<Real>::move_spheres(std::span<const SphereState> moved) {
-  if (boundary_) boundary_->move_spheres(moved);
+  if (!boundary_) boundary_ = std::make_unique<ImmersedBoundary<Real>>(settings_, grid_, slabs_);
+  boundary_->move_spheres(moved);
 }
 
 /// Fixes the factors of the predictor and enters in the momentum budget what it will give.

@@ -43,7 +43,8 @@ class Channel {
 
   /// All spheres of the run, the same list on every rank; at the start and when some come or go.
   void set_spheres(std::span<const SphereState> all);
-  /// New position, velocity and spin of mobile spheres, by tag.
+  /// The mobile spheres as they are now: all that are near this rank's block, others may be among
+  /// them.
   void move_spheres(std::span<const SphereState> moved);
 
   /// Length of the step about to be made [T]: time.step, or what time.cfl allows.
@@ -52,8 +53,8 @@ class Channel {
   double last_time_step() const { return dt_made_; }
   /// Explicit momentum predictor u* of one Runge-Kutta stage.
   void predict(int stage);
-  /// Forces the fluid to the spheres' motion; returns the mobile spheres' loads, complete on every
-  /// rank.
+  /// Forces the fluid to the spheres' motion; returns the loads of the mobile spheres whose centre
+  /// this rank holds.
   std::vector<SphereLoad> force_spheres(int stage);
   /// Makes the velocity divergence-free and sets the bulk velocity.
   void project(int stage);

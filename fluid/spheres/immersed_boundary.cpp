@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 #include <numeric>
+#include <type_traits>
 #include <unordered_set>
 
 #include "fluid/errors.hpp"
@@ -37,6 +40,68 @@ double root_mean(double squares, double count) {
   return count > 0.0 ? std::sqrt(squares / count) : 0.0;
 }
 
+constexpr int memory_message = 21, share_message = 22;  // message tags
+
+[[noreturn]] void report_twins(std::int64_t tag) {
+  throw UserError(fmt::format("Two spheres have the tag {}; tags must differ.", tag));
+}
+
+void check_tags(std::span<const SphereState> all) {
+  std::unordered_set<std::int64_t> tags;
+  for (const SphereState& sphere : all)
+    if (!tags.insert(sphere.tag).second) report_twins(sphere.tag);
+}
+
+void check_radius(const SphereState& sphere) {
+  if (!(sphere.radius > 0.0))
+    throw UserError(fmt::format("The sphere with tag {} has radius {}; it must be above 0.",
+                                sphere.tag, sphere.radius));
+}
+
+/// Changes with every fixed sphere and with their order (FNV-1a over tag and numbers).
+std::uint64_t fingerprint_with(std::uint64_t hash, const SphereState& s) {
+  const auto mix = [&hash](std::uint64_t bits) { hash = (hash ^ bits) * 1099511628211ULL; };
+  mix(0x9e3779b97f4a7c15ULL);
+  mix(static_cast<std::uint64_t>(s.tag));
+  for (const Vec3* v : {&s.position, &s.velocity, &s.angular_velocity})
+    for (int d = 0; d < 3; ++d) mix(std::bit_cast<std::uint64_t>((*v)[d]));
+  mix(std::bit_cast<std::uint64_t>(s.radius));
+  return hash;
+}
+
+/// Sends and receives one message per rank; lengths are known on both sides.
+void exchange(MPI_Comm comm, int tag, const std::map<int, std::vector<double>>& leaving,
+              std::map<int, std::vector<double>>& coming) {
+  std::vector<MPI_Request> requests;
+  for (auto& [rank, message] : coming)
+    MPI_Irecv(message.data(), static_cast<int>(message.size()), MPI_DOUBLE, rank, tag, comm,
+              &requests.emplace_back());
+  for (const auto& [rank, message] : leaving)
+    MPI_Isend(message.data(), static_cast<int>(message.size()), MPI_DOUBLE, rank, tag, comm,
+              &requests.emplace_back());
+  MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
+}
+
+constexpr std::size_t memory_numbers = 16;
+
+template <class Memory>
+void append_memory(const Memory& memory, std::vector<double>& message) {
+  for (const InteriorMomentum* m : {&memory.forced, &memory.owed})
+    for (const Vec3* v : {&m->linear, &m->angular})
+      message.insert(message.end(), v->data(), v->data() + 3);
+  message.insert(message.end(), memory.turn_due.data(), memory.turn_due.data() + 3);
+  message.push_back(memory.fresh ? 1.0 : 0.0);
+}
+
+template <class Memory>
+void read_memory(const double* numbers, Memory& memory) {
+  for (InteriorMomentum* m : {&memory.forced, &memory.owed})
+    for (Vec3* v : {&m->linear, &m->angular})
+      for (int d = 0; d < 3; ++d) (*v)[d] = *numbers++;
+  for (int d = 0; d < 3; ++d) memory.turn_due[d] = *numbers++;
+  memory.fresh = *numbers != 0.0;
+}
+
 }  // namespace
 
 template <class Real>
@@ -44,6 +109,7 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
                                          const Decomposition& slabs)
     : grid_(grid),
       slabs_(slabs),
+      blocks_(block_map(grid, slabs)),
       density_(settings.fluid.density),
       retraction_(settings.spheres.retraction),
       tolerance_(settings.spheres.slip_tolerance),
@@ -63,60 +129,128 @@ int ImmersedBoundary<Real>::layout_of(double radius) {
 
 template <class Real>
 void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> all) {
-  std::unordered_map<std::int64_t, Memory> remembered;
-  for (const Mobile& sphere : mobile_) remembered[sphere.state.tag] = sphere.memory;
-  const std::size_t sizes = layouts_.size();
-  const auto same = [](const SphereState& a, const SphereState& b) {
-    return a.tag == b.tag && a.position == b.position && a.radius == b.radius &&
-           a.velocity == b.velocity && a.angular_velocity == b.angular_velocity;
-  };
   std::vector<SphereState> fixed;
-  std::unordered_set<std::int64_t> tags;
-  mobile_.clear();
-  mobile_by_tag_.clear();
+  std::uint64_t fingerprint = 0;
   for (const SphereState& sphere : all) {
-    if (!tags.insert(sphere.tag).second)
-      throw UserError(fmt::format("Two spheres have the tag {}; tags must differ.", sphere.tag));
-    if (!(sphere.radius > 0.0))
-      throw UserError(fmt::format("The sphere with tag {} has radius {}; it must be above 0.",
-                                  sphere.tag, sphere.radius));
-    layout_of(sphere.radius);
-    if (!sphere.mobile) {
-      fixed.push_back(sphere);
-      continue;
-    }
-    mobile_by_tag_[sphere.tag] = mobile_.size();
-    Mobile entry;
-    entry.state = sphere;
-    if (const auto known = remembered.find(sphere.tag); known != remembered.end())
-      entry.memory = known->second;
-    mobile_.push_back(entry);
+    check_radius(sphere);
+    if (sphere.mobile) continue;
+    fingerprint = fingerprint_with(fingerprint, sphere);
+    if (blocks_.is_near(slabs_.rank(), sphere.position, sphere.radius)) fixed.push_back(sphere);
   }
-  const bool fixed_stay =  // and the bins are wide enough
-      layouts_.size() == sizes &&
-      std::equal(fixed.begin(), fixed.end(), fixed_.begin(), fixed_.end(), same);
+  check_tags(all);
+  const bool fixed_stay = fingerprint == fixed_fingerprint_;
+  fixed_fingerprint_ = fingerprint;
   fixed_ = std::move(fixed);
+  set_mobile(all);
   fit_scratch();
   if (!fixed_stay) place_fixed();
   place_mobile();
 }
 
 template <class Real>
-void ImmersedBoundary<Real>::move_spheres(std::span<const SphereState> moved) {
-  if (moved.empty()) return;
-  for (const SphereState& sphere : moved) {
-    const auto known = mobile_by_tag_.find(sphere.tag);
-    if (known == mobile_by_tag_.end())
-      throw UserError(fmt::format(
-          "The sphere with tag {} was moved, but the fluid knows no mobile sphere of that tag.",
-          sphere.tag));
-    SphereState& state = mobile_[known->second].state;
-    state.position = sphere.position;
-    state.velocity = sphere.velocity;
-    state.angular_velocity = sphere.angular_velocity;
-  }
+void ImmersedBoundary<Real>::move_spheres(std::span<const SphereState> mobile) {
+  if (mobile.empty() && mobile_.empty() && slabs_.ranks() == 1) return;
+  set_mobile(mobile);
   fit_scratch();
   place_mobile();
+}
+
+/// Keeps the mobile ones among `all` that are near this rank's block.
+template <class Real>
+void ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
+  std::vector<Mobile> now;
+  for (const SphereState& sphere : all) {
+    if (!sphere.mobile || !blocks_.is_near(slabs_.rank(), sphere.position, sphere.radius)) continue;
+    check_radius(sphere);
+    now.push_back(
+        {.state = sphere, .home = blocks_.home(sphere.position), .memory = {}, .share = {}});
+  }
+  std::sort(now.begin(), now.end(),
+            [](const Mobile& a, const Mobile& b) { return a.state.tag < b.state.tag; });
+  for (std::size_t n = 1; n < now.size(); ++n)
+    if (now[n].state.tag == now[n - 1].state.tag) report_twins(now[n].state.tag);
+  hand_over_memories(now);
+  mobile_ = std::move(now);
+  find_partners();
+}
+
+/// Brings the memory of each sphere that stays to the rank that holds its centre now. Both ranks
+/// know of it when each of them was, and is, near the sphere; one that has jumped further starts
+/// afresh.
+template <class Real>
+void ImmersedBoundary<Real>::hand_over_memories(std::vector<Mobile>& now) const {
+  const int me = slabs_.rank();
+  std::map<int, std::vector<double>> leaving, coming;
+  std::map<int, std::vector<std::size_t>> receivers;
+  std::size_t n = 0;
+  for (const Mobile& old : mobile_) {
+    while (n < now.size() && now[n].state.tag < old.state.tag) ++n;
+    if (n == now.size()) break;
+    Mobile& same = now[n];
+    if (same.state.tag != old.state.tag) continue;
+    if (old.home == same.home) {
+      same.memory = old.memory;
+      continue;
+    }
+    if (!blocks_.is_near(same.home, old.state.position, old.state.radius) ||
+        !blocks_.is_near(old.home, same.state.position, same.state.radius))
+      continue;
+    if (old.home == me) append_memory(old.memory, leaving[same.home]);
+    if (same.home == me) {
+      receivers[old.home].push_back(n);
+      coming[old.home].resize(receivers[old.home].size() * memory_numbers);
+    }
+  }
+  exchange(slabs_.comm(), memory_message, leaving, coming);
+  for (const auto& [rank, spheres] : receivers)
+    for (std::size_t m = 0; m < spheres.size(); ++m)
+      read_memory(coming[rank].data() + m * memory_numbers, now[spheres[m]].memory);
+}
+
+template <class Real>
+void ImmersedBoundary<Real>::find_partners() {
+  const int me = slabs_.rank();
+  homes_.clear();
+  guests_.clear();
+  for (std::size_t n = 0; n < mobile_.size(); ++n) {
+    const Mobile& sphere = mobile_[n];
+    if (sphere.home != me)
+      homes_[sphere.home].push_back(static_cast<int>(n));
+    else
+      blocks_.near(sphere.state.position, sphere.state.radius, [&](int rank) {
+        if (rank != me) guests_[rank].push_back(static_cast<int>(n));
+      });
+  }
+}
+
+/// The shares of all ranks added up, right for the spheres whose centre this rank holds.
+template <class Real>
+std::vector<typename ImmersedBoundary<Real>::Share> ImmersedBoundary<Real>::complete_shares()
+    const {
+  static_assert(std::is_trivially_copyable_v<Share> && sizeof(Share) % sizeof(double) == 0);
+  constexpr std::size_t numbers = sizeof(Share) / sizeof(double);
+  std::map<int, std::vector<double>> leaving, coming;
+  for (const auto& [rank, spheres] : homes_) {
+    std::vector<double>& message = leaving[rank];
+    message.resize(spheres.size() * numbers);
+    for (std::size_t m = 0; m < spheres.size(); ++m)
+      std::memcpy(message.data() + m * numbers,
+                  &mobile_[static_cast<std::size_t>(spheres[m])].share, sizeof(Share));
+  }
+  for (const auto& [rank, spheres] : guests_) coming[rank].resize(spheres.size() * numbers);
+  exchange(slabs_.comm(), share_message, leaving, coming);
+  std::vector<Share> shares(mobile_.size());
+  for (std::size_t n = 0; n < mobile_.size(); ++n) shares[n] = mobile_[n].share;
+  for (const auto& [rank, spheres] : guests_)
+    for (std::size_t m = 0; m < spheres.size(); ++m) {
+      std::array<double, numbers> sum, term;
+      Share& share = shares[static_cast<std::size_t>(spheres[m])];
+      std::memcpy(sum.data(), &share, sizeof(Share));
+      std::memcpy(term.data(), coming[rank].data() + m * numbers, sizeof(Share));
+      for (std::size_t i = 0; i < numbers; ++i) sum[i] += term[i];
+      std::memcpy(&share, sum.data(), sizeof(Share));
+    }
+  return shares;
 }
 
 /// Makes the scratch field reach above the highest sphere of this slab.
@@ -136,7 +270,8 @@ void ImmersedBoundary<Real>::fit_scratch() {
 template <class Real>
 void ImmersedBoundary<Real>::place_fixed() {
   double largest = 0.0;
-  for (const MarkerLayout& layout : layouts_) largest = std::max(largest, layout.radius);
+  for (const SphereState& sphere : fixed_) largest = std::max(largest, sphere.radius);
+  largest_fixed_ = largest;
   fixed_bins_.emplace(grid_, 2.0 * largest + shared_reach * grid_.h);
   halo_.forget();
   for (std::size_t n = 0; n < fixed_.size(); ++n) {
@@ -149,7 +284,7 @@ void ImmersedBoundary<Real>::place_fixed() {
   for (std::size_t n = 0; n < fixed_.size(); ++n) {
     const SphereState& sphere = fixed_[n];
     std::vector<const SphereState*> overlapping;
-    fixed_bins_->near(sphere.position, [&](int other) {
+    fixed_bins_->near(sphere.position, sphere.radius + largest, [&](int other) {
       const SphereState& candidate = fixed_[static_cast<std::size_t>(other)];
       if (&candidate != &sphere && shortest_way(grid_, sphere.position, candidate.position).norm() <
                                        sphere.radius + candidate.radius)
@@ -239,29 +374,42 @@ void ImmersedBoundary<Real>::find_near_mobile() {
   std::vector<Pair> pairs;
   const double reach = shared_reach * grid_.h;
   for (const Mobile& sphere : mobile_)
-    fixed_bins_->near(sphere.state.position, [&](int n) {
-      const SphereState& other = fixed_[static_cast<std::size_t>(n)];
-      const Vec3 way = shortest_way(grid_, sphere.state.position, other.position);
-      const double most = sphere.state.radius + reach;
-      if (way.norm() < most + other.radius) pairs.push_back({n, way, most * most});
-    });
+    fixed_bins_->near(sphere.state.position, sphere.state.radius + reach + largest_fixed_,
+                      [&](int n) {
+                        const SphereState& other = fixed_[static_cast<std::size_t>(n)];
+                        const Vec3 way = shortest_way(grid_, sphere.state.position, other.position);
+                        const double most = sphere.state.radius + reach;
+                        if (way.norm() < most + other.radius)
+                          pairs.push_back({n, way, most * most});
+                      });
   std::stable_sort(pairs.begin(), pairs.end(),
                    [](const Pair& a, const Pair& b) { return a.fixed < b.fixed; });
-  for (const std::size_t c : components)
-    for (const auto& range : fixed_lists_[c].ranges) {
-      const auto first = std::lower_bound(pairs.begin(), pairs.end(), range.sphere,
-                                          [](const Pair& p, int n) { return p.fixed < n; });
-      const auto& arms = layouts_[static_cast<std::size_t>(range.layout)].arms;
-      const auto near = [&](const Vec3& arm) {
-        for (auto p = first; p != pairs.end() && p->fixed == range.sphere; ++p)
-          if ((p->way + arm).squaredNorm() < p->reach) return true;
-        return false;
-      };
-      if (first == pairs.end() || first->fixed != range.sphere) continue;
-      for (int m = range.begin; m < range.end; ++m)
-        if (near(arms[static_cast<std::size_t>(fixed_lists_[c].arm[static_cast<std::size_t>(m)])]))
+  std::vector<char> near;  // by arm, of one fixed sphere
+  std::array<std::size_t, 3> next{};
+  for (std::size_t first = 0; first < pairs.size();) {
+    const int sphere = pairs[first].fixed;
+    const auto& along = layouts_[static_cast<std::size_t>(
+                                     layout_of(fixed_[static_cast<std::size_t>(sphere)].radius))]
+                            .along;
+    near.assign(along[0].size(), 0);
+    for (; first < pairs.size() && pairs[first].fixed == sphere; ++first) {
+      const Pair& pair = pairs[first];
+      for (std::size_t m = 0; m < near.size(); ++m) {
+        const double x = pair.way.x() + along[0][m], y = pair.way.y() + along[1][m],
+                     z = pair.way.z() + along[2][m];
+        near[m] |= static_cast<char>(x * x + y * y + z * z < pair.reach);
+      }
+    }
+    for (const std::size_t c : components) {
+      const MarkerList<Real>& list = fixed_lists_[c];
+      std::size_t& range = next[c];
+      while (range < list.ranges.size() && list.ranges[range].sphere < sphere) ++range;
+      if (range == list.ranges.size() || list.ranges[range].sphere != sphere) continue;
+      for (int m = list.ranges[range].begin; m < list.ranges[range].end; ++m)
+        if (near[static_cast<std::size_t>(list.arm[static_cast<std::size_t>(m)])])
           near_mobile_[c].push_back(m);
     }
+  }
 }
 
 /// Row sums where mobile markers are: of these, and of the fixed markers around them.
@@ -285,18 +433,49 @@ void ImmersedBoundary<Real>::weigh_mobile() {
   mobile_halo_.refresh(scratch_);
   for (auto& list : mobile_lists_) weigh<Real>(list, all_of(list), nullptr, scratch_);
 
-  for (const std::size_t c : components) {
-    clear_ones(mobile_lists_[c], all_of(mobile_lists_[c]), scratch_);
-    clear_ones(fixed_lists_[c], near_mobile_[c], scratch_);
-  }
+  for (const Mobile& sphere : mobile_)
+    clear_around(sphere.state.position, sphere.state.radius + (shared_reach + 2.5) * grid_.h);
   mobile_halo_.clear_touched(scratch_);
+}
+
+/// Empties the scratch field within `distance` of a place.
+template <class Real>
+void ImmersedBoundary<Real>::clear_around(const Vec3& centre, double distance) {
+  const double h = grid_.h;
+  const int nx = grid_.cells[0];
+  const auto wrapped = [&](int direction, int cell) {
+    const int n = grid_.cells[static_cast<std::size_t>(direction)];
+    return grid_.periodic(direction) ? ((cell % n) + n) % n : cell;
+  };
+  const auto lowest = [&](int d, double reach) {
+    return static_cast<int>(std::floor((centre[d] - reach) / h));
+  };
+  const auto highest = [&](int d, double reach) {
+    return static_cast<int>(std::floor((centre[d] + reach) / h));
+  };
+  for (int j = lowest(1, distance); j <= highest(1, distance); ++j) {
+    const int plane = wrapped(1, j) - slabs_.first();
+    if (plane < 0 || plane >= scratch_.planes()) continue;
+    const double off = std::max(0.0, std::abs(grid_.centre(j) - centre.y()) - h);
+    const double disc = distance * distance - off * off;
+    if (disc <= 0.0) continue;
+    for (int k = lowest(2, std::sqrt(disc)); k <= highest(2, std::sqrt(disc)); ++k) {
+      const int row = wrapped(2, k);
+      if (row < 0 || row >= grid_.cells[2]) continue;
+      int first = lowest(0, distance), last = highest(0, distance);
+      if (first < 0 || last >= nx) first = 0, last = nx - 1;
+      for (int c = 0; c < 3; ++c)
+        std::fill(scratch_.row(plane, row, c) + first, scratch_.row(plane, row, c) + last + 1,
+                  Real{});
+    }
+  }
 }
 
 template <class Real>
 void ImmersedBoundary<Real>::start_stage(const Field<Real>& velocity) {
   for (std::size_t n = 0; n < mobile_.size(); ++n)
     for (const std::size_t c : components)
-      mobile_[n].before[c] = interior_.sums(3 * n + c, velocity);
+      mobile_[n].share.before[c] = interior_.sums(3 * n + c, velocity);
   stage_started_ = true;
 }
 
@@ -371,7 +550,7 @@ ForcingReport ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_
 
   for (std::size_t n = 0; n < mobile_.size(); ++n)
     for (const std::size_t c : components)
-      mobile_[n].after[c] = interior_.sums(3 * n + c, velocity);
+      mobile_[n].share.after[c] = interior_.sums(3 * n + c, velocity);
   return report;
 }
 
@@ -386,17 +565,18 @@ bool ImmersedBoundary<Real>::within_tolerance(double local_max) const {
 template <class Real>
 ForcingReport ImmersedBoundary<Real>::sum_given(const SlipSums& before, const SlipSums& after,
                                                 double stage_step) {
-  for (Mobile& sphere : mobile_) sphere.given = sphere.given_moment = Vec3::Zero();
+  for (Mobile& sphere : mobile_) sphere.share.given = sphere.share.given_moment = {};
   std::array<double, 9> total{};  // given by all, given by fixed spheres, slip
   for (int c = 0; c < 3; ++c) {
     const auto component = static_cast<std::size_t>(c);
     const int a = (c + 1) % 3, b = (c + 2) % 3;
+    const auto moment_about = [](int d) { return static_cast<std::size_t>(d); };
     for (const Real given : fixed_lists_[component].given)
       total[component + 3] += static_cast<double>(given);
     total[component] += total[component + 3];
     const MarkerList<Real>& list = mobile_lists_[component];
     for (const auto& range : list.ranges) {
-      Mobile& sphere = mobile_[static_cast<std::size_t>(range.sphere)];
+      Share& share = mobile_[static_cast<std::size_t>(range.sphere)].share;
       const MarkerLayout& layout = layouts_[static_cast<std::size_t>(range.layout)];
       double sum = 0.0, moment_a = 0.0, moment_b = 0.0;
       for (auto m = static_cast<std::size_t>(range.begin); m < static_cast<std::size_t>(range.end);
@@ -407,9 +587,9 @@ ForcingReport ImmersedBoundary<Real>::sum_given(const SlipSums& before, const Sl
         moment_a += arm[b] * given;  // (r cross f)_a = r_b f_c - r_c f_b
         moment_b -= arm[a] * given;  // (r cross f)_b = r_c f_a - r_a f_c
       }
-      sphere.given[c] += sum;
-      sphere.given_moment[a] += moment_a;
-      sphere.given_moment[b] += moment_b;
+      share.given[component] += sum;
+      share.given_moment[moment_about(a)] += moment_a;
+      share.given_moment[moment_about(b)] += moment_b;
       total[component] += sum;
     }
   }
@@ -429,24 +609,10 @@ ForcingReport ImmersedBoundary<Real>::sum_given(const SlipSums& before, const Sl
 
 template <class Real>
 std::vector<SphereLoad> ImmersedBoundary<Real>::loads(double stage_step) {
-  static_assert(sizeof(std::array<InteriorSums, 3>) == 3 * interior_numbers * sizeof(double));
-  struct Sums {
-    std::array<InteriorSums, 3> before, after;
-    std::array<double, 3> given, given_moment;
-  };
-  std::vector<Sums> sums(mobile_.size());
+  const std::vector<Share> sums = complete_shares();
+  std::vector<SphereLoad> loads;
   for (std::size_t n = 0; n < mobile_.size(); ++n) {
-    const Mobile& s = mobile_[n];
-    sums[n] = {.before = s.before,
-               .after = s.after,
-               .given = {s.given[0], s.given[1], s.given[2]},
-               .given_moment = {s.given_moment[0], s.given_moment[1], s.given_moment[2]}};
-  }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size() * sizeof(Sums) / 8),
-                MPI_DOUBLE, MPI_SUM, slabs_.comm());
-
-  std::vector<SphereLoad> loads(mobile_.size());
-  for (std::size_t n = 0; n < mobile_.size(); ++n) {
+    if (mobile_[n].home != slabs_.rank()) continue;
     const SphereState& state = mobile_[n].state;
     Memory& memory = mobile_[n].memory;
     const InteriorMomentum before = interior_momentum(sums[n].before, state.radius);
@@ -472,20 +638,24 @@ std::vector<SphereLoad> ImmersedBoundary<Real>::loads(double stage_step) {
     memory.owed.angular *= 1.0 - owed_share;
 
     const double volume = 4.0 / 3.0 * std::numbers::pi * std::pow(state.radius, 3);
-    loads[n].tag = state.tag;
-    loads[n].force = density_ * impulse / stage_step - density_ * volume * gravity_;
-    loads[n].torque = density_ * turn / stage_step;
+    loads.push_back({.tag = state.tag,
+                     .force = density_ * impulse / stage_step - density_ * volume * gravity_,
+                     .torque = density_ * turn / stage_step});
   }
   return loads;
 }
 
 template <class Real>
-std::int64_t ImmersedBoundary<Real>::marker_count() const {
-  std::int64_t count = 0;
-  for (const SphereState& sphere : fixed_) count += bedload::marker_count(sphere.radius / grid_.h);
+std::vector<SphereAccount> ImmersedBoundary<Real>::accounts() const {
+  std::vector<SphereAccount> accounts;
   for (const Mobile& sphere : mobile_)
-    count += bedload::marker_count(sphere.state.radius / grid_.h);
-  return count;
+    if (sphere.home == slabs_.rank())
+      accounts.push_back(
+          {.tag = sphere.state.tag,
+           .linear = density_ * (sphere.memory.forced.linear - sphere.memory.owed.linear),
+           .angular = density_ * (sphere.memory.forced.angular - sphere.memory.owed.angular -
+                                  sphere.memory.turn_due)});
+  return accounts;
 }
 
 template class ImmersedBoundary<float>;

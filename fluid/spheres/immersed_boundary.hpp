@@ -2,11 +2,13 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
+#include "fluid/block_map.hpp"
 #include "fluid/decomposition.hpp"
 #include "fluid/field.hpp"
 #include "fluid/grid.hpp"
@@ -35,10 +37,21 @@ struct ForcingReport {
   Vec3 force_of_fixed = Vec3::Zero();  ///< the fixed spheres' part of it
 };
 
+/// Momentum of the fluid inside a sphere that stands for the sphere's own: what was inside after
+/// the last forcing, less what the sphere is still owed. The momentum of fluid and spheres less
+/// this changes only by what comes from outside.
+struct SphereAccount {
+  std::int64_t tag = 0;
+  Vec3 linear = Vec3::Zero();   ///< [M L/T]
+  Vec3 angular = Vec3::Zero();  ///< about the centre as it was then [M L^2/T]
+};
+
 /// Spheres in the flow by direct forcing at Lagrangian markers (Uhlmann 2005) with repeated forcing
 /// and the momentum of the fluid inside (Kempe and Froehlich 2012); README.md has the equations and
-/// the reasons. Every call is collective over the decomposition's ranks; all ranks know all
-/// spheres. Once per Runge-Kutta stage, in this order:
+/// the reasons. Every call is collective over the decomposition's ranks. A rank keeps the spheres
+/// that its block is near (BlockMap) and computes the loads of those whose centre it holds; what
+/// its neighbours know of these comes to it in one message each. Once per Runge-Kutta stage, in
+/// this order:
 ///
 ///   move_spheres(...)       after the grains have moved
 ///   start_stage(velocity)   before the momentum predictor
@@ -51,13 +64,13 @@ class ImmersedBoundary {
   ImmersedBoundary(const Settings& settings, const Grid& grid, const Decomposition& slabs);
 
   /// All spheres of the run, the same list on every rank; fixed ones' weights are computed here,
-  /// once. Mobile spheres that stay keep what is remembered of them, by tag. Throws UserError when
-  /// a tag comes twice or a radius is not positive.
+  /// once. Throws UserError when a tag comes twice or a radius is not positive.
   void set_spheres(std::span<const SphereState> all);
 
-  /// New position, velocity and spin of mobile spheres, by tag; the others stay. Throws UserError
-  /// on an unknown or fixed tag.
-  void move_spheres(std::span<const SphereState> moved);
+  /// The mobile spheres as they are now: all that are near this rank's block; others may be among
+  /// them. New ones may have come and old ones be gone; those that stay keep what is remembered of
+  /// them, by tag, also where they change rank. Throws UserError as set_spheres().
+  void move_spheres(std::span<const SphereState> mobile);
 
   /// Takes the momentum inside the mobile spheres from the velocity before the predictor.
   void start_stage(const Field<Real>& velocity);
@@ -70,14 +83,12 @@ class ImmersedBoundary {
   /// Slip of any velocity field, for instance the projected one; only reads.
   Slip slip(const Field<Real>& velocity) const;
 
-  /// Hydrodynamic force (buoyancy included) and torque on each mobile sphere, mean over the stage
-  /// whose force() came last; in the order of set_spheres(), complete on every rank.
+  /// Hydrodynamic force (buoyancy included) and torque on each mobile sphere whose centre lies in
+  /// this rank's block, mean over the stage whose force() came last; ascending tags.
   std::vector<SphereLoad> loads(double stage_step);
 
-  int fixed_count() const { return static_cast<int>(fixed_.size()); }
-  int mobile_count() const { return static_cast<int>(mobile_.size()); }
-  /// Markers over all ranks (their velocity components counted as one).
-  std::int64_t marker_count() const;
+  /// Of the mobile spheres whose centre lies in this rank's block, ascending tags.
+  std::vector<SphereAccount> accounts() const;
 
  private:
   using Lists = std::array<MarkerList<Real>, 3>;
@@ -85,21 +96,33 @@ class ImmersedBoundary {
   struct SlipSums {
     double max = 0.0, squares = 0.0, markers = 0.0;
   };
-  /// Momentum inside a mobile sphere that its motion has not got yet, per fluid density.
+  /// Momentum inside a mobile sphere that its motion has not got yet, per fluid density; kept by
+  /// the rank that holds its centre.
   struct Memory {
     InteriorMomentum forced;  ///< inside after the last forcing
     InteriorMomentum owed;
     Vec3 turn_due = Vec3::Zero();  ///< angular momentum on its way to the sphere [L^5/T]
     bool fresh = true;
   };
+  /// What the ranks near a sphere add up for it.
+  struct Share {
+    std::array<InteriorSums, 3> before, after;
+    std::array<double, 3> given{};  ///< velocity times cells
+    std::array<double, 3> given_moment{};
+  };
   struct Mobile {
     SphereState state;
+    int home = 0;  ///< rank that holds its centre
     Memory memory;
-    std::array<InteriorSums, 3> before, after;  ///< this rank's share
-    Vec3 given = Vec3::Zero();                  ///< velocity times cells, this rank's share
-    Vec3 given_moment = Vec3::Zero();
+    Share share;  ///< this rank's
   };
+  /// By rank: indices of the spheres that are near both that rank and this one.
+  using Partners = std::map<int, std::vector<int>>;
 
+  void set_mobile(std::span<const SphereState> all);
+  void hand_over_memories(std::vector<Mobile>& now) const;
+  void find_partners();
+  std::vector<Share> complete_shares() const;
   int layout_of(double radius);
   void place_fixed();
   void place_mobile();
@@ -108,6 +131,7 @@ class ImmersedBoundary {
   void weigh_fixed();
   void find_near_mobile();
   void weigh_mobile();
+  void clear_around(const Vec3& centre, double distance);
   template <class Use>
   SlipSums local_slip(const Field<Real>& velocity, Use use) const;
   SlipSums find_changes(const Field<Real>& velocity);
@@ -116,19 +140,23 @@ class ImmersedBoundary {
 
   Grid grid_;
   const Decomposition& slabs_;
+  BlockMap blocks_;
   double density_, retraction_, tolerance_;
   Vec3 gravity_;
   int most_loops_;
 
   std::vector<MarkerLayout> layouts_;  ///< one per radius
   std::unordered_map<double, std::size_t> layout_by_radius_;
-  std::vector<SphereState> fixed_;
-  std::vector<Mobile> mobile_;
-  std::unordered_map<std::int64_t, std::size_t> mobile_by_tag_;
+  std::vector<SphereState> fixed_;  ///< near this rank's block
+  std::uint64_t fixed_fingerprint_ = 0;
+  std::vector<Mobile> mobile_;  ///< near this rank's block, ascending tags
+  Partners homes_;              ///< where shares go to
+  Partners guests_;             ///< where shares come from
   Lists fixed_lists_, mobile_lists_;
   InteriorCells interior_;  ///< of the mobile spheres, three components each
   std::array<std::vector<Real>, 3> fixed_row_sums_;  ///< of fixed markers among themselves
   std::optional<SphereBins> fixed_bins_;
+  double largest_fixed_ = 0.0;                   ///< radius [L]
   std::array<std::vector<int>, 3> near_mobile_;  ///< fixed markers within reach of mobile ones
   MarkerHalo halo_;                              ///< rows of all spheres
   MarkerHalo mobile_halo_;                       ///< rows of mobile spheres

@@ -33,35 +33,25 @@ inline constexpr std::size_t interior_numbers = sizeof(InteriorSums) / sizeof(do
 ///
 ///   alpha = sum_m -phi_m H(-phi_m) / sum_m |phi_m|,   H the Heaviside function.
 ///
-/// Here for a row of cells along x at once: each face between two cells hands its four corners'
-/// sums to both.
-class VolumeShare {
- public:
-  /// `cells` cells of a row at distance `y`, `z` from the sphere's centre; `x` is the distance of
-  /// the first cell's centre along the row [L].
-  const std::vector<double>& row(double radius, double h, double x, double y, double z, int cells) {
-    const auto faces = static_cast<std::size_t>(cells) + 1;
-    inside_.assign(faces, 0.0);
-    both_.assign(faces, 0.0);
-    share_.resize(static_cast<std::size_t>(cells));
-    for (const double corner_y : {y - 0.5 * h, y + 0.5 * h})
-      for (const double corner_z : {z - 0.5 * h, z + 0.5 * h}) {
-        const double across = corner_y * corner_y + corner_z * corner_z;
-        for (std::size_t f = 0; f < faces; ++f) {
-          const double corner_x = x + (static_cast<double>(f) - 0.5) * h;
-          const double phi = std::sqrt(corner_x * corner_x + across) - radius;
-          inside_[f] += std::max(-phi, 0.0);
-          both_[f] += std::abs(phi);
-        }
-      }
-    for (std::size_t i = 0; i + 1 < faces; ++i)
-      share_[i] = (inside_[i] + inside_[i + 1]) / (both_[i] + both_[i + 1]);
-    return share_;
+/// Here for `cells` cells of a row at the distances `y`, `z` from the sphere's centre, `x` that of
+/// the first cell's centre [L]: each face between two cells hands its four corners' sums to both.
+/// Appends the shares.
+inline void append_volume_shares(double radius, double h, double x, double y, double z, int cells,
+                                 std::vector<double>& shares) {
+  const double low_y = y - 0.5 * h, high_y = y + 0.5 * h;
+  const double low_z = z - 0.5 * h, high_z = z + 0.5 * h;
+  const Eigen::Array4d across(low_y * low_y + low_z * low_z, low_y * low_y + high_z * high_z,
+                              high_y * high_y + low_z * low_z, high_y * high_y + high_z * high_z);
+  double inside_before = 0.0, both_before = 0.0;
+  for (int face = 0; face <= cells; ++face) {
+    const double corner = x + (face - 0.5) * h;
+    const Eigen::Array4d phi = (across + corner * corner).sqrt() - radius;
+    const double inside = (-phi).max(0.0).sum(), both = phi.abs().sum();
+    if (face > 0) shares.push_back((inside_before + inside) / (both_before + both));
+    inside_before = inside;
+    both_before = both;
   }
-
- private:
-  std::vector<double> inside_, both_, share_;
-};
+}
 
 /// The cells of the velocity components inside spheres that lie in this block, with their shares:
 /// found once for a place of the spheres, summed over as often as wanted.
@@ -97,7 +87,6 @@ class InteriorCells {
   std::vector<Row> rows_;
   std::vector<double> shares_;  ///< of the cells that are not wholly inside
   std::vector<std::size_t> begin_{0};
-  VolumeShare share_;
 };
 
 template <class Real>
@@ -167,8 +156,7 @@ void InteriorCells::add(const Field<Real>& field, const Grid& grid, const Decomp
                          .component = component});
         for (const auto& [from, to] : {std::pair{begin, full_from}, std::pair{full_to, end}}) {
           if (from == to) continue;
-          const auto& shares = share_.row(radius, h, distance(0, from), y, z, to - from);
-          shares_.insert(shares_.end(), shares.begin(), shares.end());
+          append_volume_shares(radius, h, distance(0, from), y, z, to - from, shares_);
         }
         begin = end;
       }

@@ -19,19 +19,6 @@ inline double surface_velocity(const SphereState& sphere, const Vec3& r, int c) 
   return sphere.velocity[c] + sphere.angular_velocity[a] * r[b] - sphere.angular_velocity[b] * r[a];
 }
 
-/// Asks for the rows of the lowest plane that a marker some places further on will touch: markers
-/// come in descending order, so these are the ones that are not in cache yet.
-template <class Real>
-inline void prefetch(const MarkerList<Real>& list, std::size_t m, const Real* origin) {
-  constexpr std::size_t ahead = 8;
-  if (m + ahead >= list.stencil.size()) return;
-  const Stencil<Real>& next = list.stencil[m + ahead];
-  const Real* row = origin + next.first;
-  __builtin_prefetch(row, 1);
-  __builtin_prefetch(row + next.rows[0], 1);
-  __builtin_prefetch(row + next.rows[1], 1);
-}
-
 /// Calls use(l, U_l - (J u)_l) for all markers of a list; returns the largest slip and adds the
 /// slips' squares to `squares`.
 template <class Real, class StateOf, class Use>
@@ -47,7 +34,8 @@ double for_slips(const MarkerList<Real>& list, const Field<Real>& velocity, int 
     double square = 0.0;
     for (int n = range.begin; n < range.end; ++n) {
       const auto m = static_cast<std::size_t>(n);
-      prefetch(list, m, origin);
+      if (m + prefetch_ahead < list.stencil.size())
+        prefetch(list.stencil[m + prefetch_ahead], origin);
       const Vec3& arm = layout.arms[static_cast<std::size_t>(list.arm[m])];
       const Real target = static_cast<Real>(surface_velocity(sphere, arm, component));
       const Real slip = target - interpolate(list.stencil[m], origin, plane);
@@ -66,7 +54,8 @@ void spread_change(MarkerList<Real>& list, Field<Real>& velocity) {
   Real* origin = velocity.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(velocity.plane_size());
   for (std::size_t m = 0; m < list.stencil.size(); ++m) {
-    prefetch(list, m, origin);
+    if (m + prefetch_ahead < list.stencil.size())
+      prefetch(list.stencil[m + prefetch_ahead], origin);
     spread(list.stencil[m], list.change[m], origin, plane);
     list.given[m] += list.change[m];
   }

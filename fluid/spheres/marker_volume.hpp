@@ -26,8 +26,11 @@ template <class Real>
 void spread_ones(const MarkerList<Real>& list, std::span<const int> markers, Field<Real>& scratch) {
   Real* origin = scratch.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(scratch.plane_size());
-  for (const int m : markers)
-    spread(list.stencil[static_cast<std::size_t>(m)], Real{1}, origin, plane);
+  for (std::size_t n = 0; n < markers.size(); ++n) {
+    if (n + prefetch_ahead < markers.size())
+      prefetch(list.stencil[static_cast<std::size_t>(markers[n + prefetch_ahead])], origin);
+    spread(list.stencil[static_cast<std::size_t>(markers[n])], Real{1}, origin, plane);
+  }
 }
 
 /// volume_l = 1 / (before_l + (J scratch)_l); `before` (for the whole list) may be null.
@@ -36,20 +39,14 @@ void weigh(MarkerList<Real>& list, std::span<const int> markers, const Real* bef
            const Field<Real>& scratch) {
   const Real* origin = scratch.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(scratch.plane_size());
-  for (const int n : markers) {
-    const auto m = static_cast<std::size_t>(n);
+  for (std::size_t n = 0; n < markers.size(); ++n) {
+    if (n + prefetch_ahead < markers.size())
+      prefetch(list.stencil[static_cast<std::size_t>(markers[n + prefetch_ahead])], origin);
+    const auto m = static_cast<std::size_t>(markers[n]);
     const Real row_sum =
         (before ? before[m] : Real{}) + interpolate(list.stencil[m], origin, plane);
     list.volume[m] = Real{1} / row_sum;
   }
-}
-
-/// Zero again where spread_ones() wrote.
-template <class Real>
-void clear_ones(const MarkerList<Real>& list, std::span<const int> markers, Field<Real>& scratch) {
-  Real* origin = scratch.row(0, 0, 0);
-  const auto plane = static_cast<std::ptrdiff_t>(scratch.plane_size());
-  for (const int m : markers) clear(list.stencil[static_cast<std::size_t>(m)], origin, plane);
 }
 
 }  // namespace bedload

@@ -25,7 +25,7 @@ inline Vec3 shortest_way(const Grid& grid, const Vec3& from, const Vec3& to) {
 /// Points sorted into cubes so that those near a place are found without looking at all.
 class SphereBins {
  public:
-  /// Cubes of at least `edge` [L]: near() may be asked for distances up to that.
+  /// Cubes of at least `edge` [L], which is best about the distance that near() is asked for.
   SphereBins(const Grid& grid, double edge) : grid_(grid) {
     for (std::size_t d = 0; d < 3; ++d)
       count_[d] = std::max(1, static_cast<int>(grid.length[d] / edge));
@@ -35,12 +35,13 @@ class SphereBins {
 
   void insert(const Vec3& position, int index) { bins_[number(place(position))].push_back(index); }
 
-  /// Calls visit(index) for each point in the cube of `position` and in its neighbours.
+  /// Calls visit(index) for each point within `distance` of `position`, and for some beyond.
   template <class Visit>
-  void near(const Vec3& position, Visit visit) const {
+  void near(const Vec3& position, double distance, Visit visit) const {
     const std::array<int, 3> middle = place(position);
     std::array<std::vector<int>, 3> along;
-    for (int d = 0; d < 3; ++d) along[static_cast<std::size_t>(d)] = neighbours(middle, d);
+    for (int d = 0; d < 3; ++d)
+      along[static_cast<std::size_t>(d)] = neighbours(middle, d, distance);
     for (const int x : along[0])
       for (const int y : along[1])
         for (const int z : along[2])
@@ -56,12 +57,14 @@ class SphereBins {
     }
     return out;
   }
-  std::vector<int> neighbours(const std::array<int, 3>& middle, int direction) const {
+  std::vector<int> neighbours(const std::array<int, 3>& middle, int direction,
+                              double distance) const {
     const auto d = static_cast<std::size_t>(direction);
+    const int most = static_cast<int>(std::ceil(distance * count_[d] / grid_.length[d]));
     std::vector<int> out;
-    for (int m = -1; m <= 1; ++m) {
+    for (int m = -most; m <= most; ++m) {
       int n = middle[d] + m;
-      if (grid_.periodic(direction)) n = (n + count_[d]) % count_[d];
+      if (grid_.periodic(direction)) n = ((n % count_[d]) + count_[d]) % count_[d];
       if (n < 0 || n >= count_[d]) continue;
       if (std::find(out.begin(), out.end(), n) == out.end()) out.push_back(n);
     }

@@ -157,15 +157,17 @@ inline void spread(const Stencil<Real>& s, Real value, Real* origin, std::ptrdif
     }
 }
 
-/// Sets the support to zero.
+/// How many markers before its turn a support is asked for.
+inline constexpr std::size_t prefetch_ahead = 8;
+
+/// Asks for the rows of the support's lowest plane: markers come in descending order, so these are
+/// the ones that are not in cache yet.
 template <class Real>
-inline void clear(const Stencil<Real>& s, Real* origin, std::ptrdiff_t plane) {
-  const std::array<std::ptrdiff_t, 3> rows{0, s.rows[0], s.rows[1]};
-  for (std::size_t m = 0; m < 3; ++m)
-    for (std::size_t n = 0; n < 3; ++n) {
-      Real* row = origin + s.first + static_cast<std::ptrdiff_t>(m) * plane + rows[n];
-      for (std::size_t i = 0; i < 3; ++i) row[i] = Real{};
-    }
+inline void prefetch(const Stencil<Real>& s, const Real* origin) {
+  const Real* row = origin + s.first;
+  __builtin_prefetch(row, 1);
+  __builtin_prefetch(row + s.rows[0], 1);
+  __builtin_prefetch(row + s.rows[1], 1);
 }
 
 }  // namespace bedload

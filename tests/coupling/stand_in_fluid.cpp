@@ -7,10 +7,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <numbers>
 #include <thread>
@@ -18,7 +20,9 @@
 #include "coupling/fluid_side.hpp"
 #include "coupling/roles.hpp"
 #include "coupling/stages.hpp"
+#include "fluid/block_map.hpp"
 #include "fluid/errors.hpp"
+#include "fluid/spheres/gather.hpp"
 
 namespace bedload {
 namespace {
@@ -33,6 +37,7 @@ struct Options {
   double alternate = 1.0;         // every second step is this much longer
   std::int64_t mistake_at = -1;   // a user's mistake found in this step
   std::int64_t die_at = -1;       // kill -9 in this step
+  int z_parts = 1;                // the fluid's ranks divide z into this many parts, and y
   std::string out;
 };
 
@@ -93,6 +98,32 @@ void check_inside(const SphereState& s, const Options& o) {
   }
 }
 
+std::vector<int> even_parts(int cells, int parts) {
+  std::vector<int> first;
+  for (int n = 0; n <= parts; ++n) first.push_back(n * cells / parts);
+  return first;
+}
+
+BlockMap blocks_of(const Options& o, int ranks) {
+  BlockMap blocks;
+  for (std::size_t d = 0; d < 3; ++d) {
+    blocks.length[d] = o.length[d];
+    blocks.periodic[d] = o.periodic[d] != 0;
+  }
+  blocks.h = o.cell_size;
+  const auto cells = [&](std::size_t d) {
+    return static_cast<int>(std::lround(o.length[d] / o.cell_size));
+  };
+  blocks.y = even_parts(cells(1), ranks / o.z_parts);
+  blocks.z = even_parts(cells(2), o.z_parts);
+  return blocks;
+}
+
+bool same_tags(const std::vector<SphereState>& a, const std::vector<SphereState>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const auto& s, const auto& t) { return s.tag == t.tag; });
+}
+
 double cpu_seconds() {
   rusage use{};
   getrusage(RUSAGE_SELF, &use);
@@ -111,10 +142,17 @@ void run(Job& job, const Options& o) {
   if (job.rank() == 0)
     fmt::print("spheres fixed={} mobile={}\n", dem.facts.fixed, dem.facts.mobile);
 
+  const BlockMap blocks = blocks_of(o, job.size());
+  side.divide(blocks);
+  const auto is_home = [&](const SphereState& s) { return blocks.home(s.position) == job.rank(); };
+  const auto is_near = [&](const SphereState& s) {
+    return blocks.is_near(job.rank(), s.position, s.radius);
+  };
+
   std::ofstream table;
   if (job.rank() == 0 && !o.out.empty()) table.open(o.out);
   double worst = 0.0, residual = 0.0;
-  int changes = 0;
+  std::int64_t changes = 0, misrouted = 0, received = 0;
   for (std::int64_t step = 0; step < o.steps; ++step) {
     if (step == o.mistake_at) throw UserError("the stand-in was told to find a mistake.");
     if (step == o.die_at && job.rank() == 0) std::raise(SIGKILL);
@@ -123,20 +161,31 @@ void run(Job& job, const Options& o) {
       std::vector<SphereLoad> loads;
       std::vector<SphereState> expected;
       for (const SphereState& s : mobile) {
-        loads.push_back(load_on(s, step, stage));
-        expected.push_back(flown(s, loads.back(), stage_length(stage, dt), o));
+        const SphereLoad load = load_on(s, step, stage);
+        if (is_home(s)) loads.push_back(load);
+        expected.push_back(flown(s, load, stage_length(stage, dt), o));
       }
       side.send_loads(stage, dt, step + 1 == o.steps, loads);
       std::this_thread::sleep_for(std::chrono::duration<double>(o.pressure_seconds));
-      Motion motion = side.receive_motion();
-      if (!motion.same_spheres) ++changes;
-      residual = std::max(residual, motion.momentum_residual);
-      if (motion.same_spheres)
-        for (std::size_t i = 0; i < expected.size(); ++i)
-          worst = std::max(worst, difference(motion.mobile[i], expected[i], o));
-      mobile = std::move(motion.mobile);
+      const Motion motion = side.receive_motion();
+      received += static_cast<std::int64_t>(motion.mobile.size());
+
+      // Each rank got the spheres near its block, all of them and no others.
+      std::vector<SphereState> homed, near;
+      std::copy_if(motion.mobile.begin(), motion.mobile.end(), std::back_inserter(homed), is_home);
+      const auto all = gather_by_tag<SphereState>(job.own(), homed);
+      std::copy_if(all.begin(), all.end(), std::back_inserter(near), is_near);
+      if (!same_tags(near, motion.mobile)) ++misrouted;
+      if (!same_tags(all, mobile)) ++changes;
+      for (const SphereState& s : all)
+        for (const SphereState& e : expected)
+          if (s.tag == e.tag) worst = std::max(worst, difference(s, e, o));
+      mobile = all;
       for (const SphereState& s : mobile) check_inside(s, o);
     }
+    const StepAccount account = side.settle();
+    residual = std::max(residual, account.momentum_residual);
+    if (account.mobile != static_cast<std::int64_t>(mobile.size())) ++misrouted;
     for (const SphereState& s : mobile)
       if (table.is_open())
         table << fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", step, s.tag, s.position[0],
@@ -145,9 +194,11 @@ void run(Job& job, const Options& o) {
                              s.angular_velocity[2]);
   }
   side.stop();
+  std::array<std::int64_t, 2> total{misrouted, received};
+  MPI_Allreduce(MPI_IN_PLACE, total.data(), 2, MPI_INT64_T, MPI_SUM, job.own());
   if (job.rank() == 0)
-    fmt::print("difference={} residual={} changes={} cpu={}\n", worst, residual, changes,
-               cpu_seconds());
+    fmt::print("difference={} residual={} changes={} misrouted={} received={} cpu={}\n", worst,
+               residual, changes, total[0], total[1], cpu_seconds());
 }
 
 }  // namespace
@@ -168,6 +219,7 @@ int main(int argc, char** argv) {
     app.add_option("--alternate", o.alternate);
     app.add_option("--mistake-at", o.mistake_at);
     app.add_option("--die-at", o.die_at);
+    app.add_option("--z-parts", o.z_parts);
     app.add_option("--out", o.out);
     app.parse(argc, argv);
     run(job, o);

@@ -10,6 +10,7 @@
 
 #include "fluid/decomposition.hpp"
 #include "fluid/errors.hpp"
+#include "fluid/spheres/gather.hpp"
 #include "fluid/spheres/immersed_boundary.hpp"
 #include "tests/fluid/splits.hpp"
 
@@ -75,6 +76,10 @@ struct Flow {
     }
     slabs.exchange(velocity);
   }
+  /// Loads of the spheres of all ranks.
+  std::vector<SphereLoad> loads(double dt) {
+    return gather_by_tag<SphereLoad>(slabs.comm(), boundary.loads(dt));
+  }
   /// Sum over all cells of all ranks.
   Vec3 sum() const {
     Vec3 total = Vec3::Zero();
@@ -133,7 +138,7 @@ TEST(Forcing, LoadsAreTheReactionPlusInteriorAndBuoyancy) {
   const double dt = 0.02;
   const ForcingReport report = flow.boundary.force(flow.velocity, dt);
   const double volume = 4.0 / 3.0 * std::numbers::pi * 0.064;
-  const std::vector<SphereLoad> loads = flow.boundary.loads(dt);
+  const std::vector<SphereLoad> loads = flow.loads(dt);
   ASSERT_EQ(loads.size(), 1u);
   EXPECT_EQ(loads[0].tag, 7);
   // The flow is stopped at the markers: the fluid loses, the sphere gains, and what the fluid
@@ -159,7 +164,7 @@ TEST(Forcing, AFluidThatMovesWithTheSphereFeelsNothing) {
   flow.boundary.start_stage(flow.velocity);
   const ForcingReport report = flow.boundary.force(flow.velocity, 0.01, true);
   EXPECT_LT(report.before.max, 1e-12) << "the kernel interpolates linear fields exactly";
-  const SphereLoad load = flow.boundary.loads(0.01).at(0);
+  const SphereLoad load = flow.loads(0.01).at(0);
   EXPECT_LT(load.force.norm(), 1e-8);
   EXPECT_LT(load.torque.norm(), 1e-8);
 }
@@ -174,7 +179,7 @@ TEST(Forcing, ATurningSphereIsBrakedAboutItsOwnAxis) {
     flow.boundary.start_stage(flow.velocity);
     const double dt = 0.01;
     flow.boundary.force(flow.velocity, dt);
-    const SphereLoad load = flow.boundary.loads(dt).at(0);
+    const SphereLoad load = flow.loads(dt).at(0);
     // An even slip is met by about two cells' depth of fluid around the surface (the row sums
     // return half): torque -rho omega (2/3 r^2) 4 pi r^2 (2h) / dt. The half that lies inside is
     // not felt, and of the rest the sphere gets a half in the first stage.
@@ -226,7 +231,7 @@ TEST(Forcing, AngularMomentumGivenIsThatOfTheField) {
                 MPI_SUM, MPI_COMM_WORLD);
   // cells, x and xx were summed over ranks together with u: right for this fit, too.
   const InteriorMomentum inside = interior_momentum(sums, all[0].radius);
-  const SphereLoad load = flow.boundary.loads(1.0).at(0);
+  const SphereLoad load = flow.loads(1.0).at(0);
   EXPECT_LT((2.0 * load.torque - (1.7 * inside.angular - angular)).norm(), 1e-11 * angular.norm());
   ASSERT_GT(angular.norm(), 0.01);
 }
@@ -241,7 +246,7 @@ TEST(Forcing, WhatTheProjectionDoesInsideReachesTheSphereInTheEnd) {
   flow.boundary.set_spheres(all);
   flow.boundary.start_stage(flow.velocity);
   flow.boundary.force(flow.velocity, 0.01);
-  flow.boundary.loads(0.01);
+  flow.loads(0.01);
   all[0].velocity = {0.4, -0.2, 0.1};
   all[0].angular_velocity = {1.5, -0.7, 2.2};
   flow.fill([&all](int c, const Vec3& x) {
@@ -252,7 +257,7 @@ TEST(Forcing, WhatTheProjectionDoesInsideReachesTheSphereInTheEnd) {
     flow.boundary.move_spheres(all);
     flow.boundary.start_stage(flow.velocity);
     flow.boundary.force(flow.velocity, 0.01);
-    const SphereLoad load = flow.boundary.loads(0.01).at(0);
+    const SphereLoad load = flow.loads(0.01).at(0);
     impulse += 0.01 * load.force;
     turn += 0.01 * load.torque;
   }
@@ -323,17 +328,18 @@ void compare_with_one_rank(Settings settings, int z_parts) {
   settings.spheres.forcing_loops = 3;
   Flow<double> shared(settings, MPI_COMM_WORLD, z_parts), alone(settings, MPI_COMM_SELF);
   std::vector<SphereState> all = spheres_everywhere();
-  for (int move = 0; move < 3; ++move) {
+  for (int move = 0; move < 5; ++move) {
+    if (move == 3) all[0] = sphere(99, all[0].position + Vec3(0.4, 0.0, 0.3), true, 0.3);
     const double dt = 0.01;
     std::vector<std::vector<SphereLoad>> loads;
     std::vector<ForcingReport> reports;
     for (Flow<double>* flow : {&shared, &alone}) {
       flow->fill(wavy);
       if (move == 0) flow->boundary.set_spheres(all);
-      if (move > 0) flow->boundary.move_spheres(std::vector<SphereState>{all[0], all[4]});
+      if (move > 0) flow->boundary.move_spheres(all);
       flow->boundary.start_stage(flow->velocity);
       reports.push_back(flow->boundary.force(flow->velocity, dt, true));
-      loads.push_back(flow->boundary.loads(dt));
+      loads.push_back(flow->loads(dt));
     }
     double worst = 0.0;
     const bool lower = shared.slabs.at_lower_wall(), upper = shared.slabs.at_upper_wall();
@@ -387,7 +393,7 @@ TEST(Forcing, SeamsAreInvisible) {
   for (Flow<double>* flow : {&middle, &seam}) {
     flow->boundary.start_stage(flow->velocity);
     flow->boundary.force(flow->velocity, 0.01);
-    loads.push_back(flow->boundary.loads(0.01).at(0));
+    loads.push_back(flow->loads(0.01).at(0));
   }
   double worst = 0.0;
   for (int j = 0; j < seam.slabs.planes(); ++j)
@@ -424,8 +430,8 @@ TEST(Forcing, MistakesAreNamed) {
   EXPECT_THROW(flow.boundary.set_spheres(std::vector<SphereState>{sphere(3, {1, 1, 1}, true, 0.0)}),
                UserError);
   flow.boundary.set_spheres(std::vector<SphereState>{sphere(3, {1, 1, 1}, false)});
-  EXPECT_THROW(flow.boundary.move_spheres(std::vector<SphereState>{sphere(3, {1, 1, 1}, true)}),
-               UserError);
+  const std::vector<SphereState> moving{sphere(4, {1, 1, 1}, true), sphere(4, {0.5, 1, 1}, true)};
+  EXPECT_THROW(flow.boundary.move_spheres(moving), UserError);
 }
 
 }  // namespace
