@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <sstream>
 #include <string>
 
@@ -80,10 +81,33 @@ std::vector<EffectRow> effects_of(const Settings& s, std::span<const SphereState
   rows.push_back(
       row("buoyancy", mobile && has_gravity(s),
           mobile ? (has_gravity(s) ? "fluid.gravity" : "fluid.gravity is zero") : how_many));
+  rows.push_back(row("output", true,
+                     fmt::format("history every {} steps, spheres and fields as [output] says",
+                                 s.output.history_every)));
   if (dem == nullptr) return rows;
+  rows.push_back(row("grain motion", mobile, "LIGGGHTS, while the fluid solves its pressure"));
   const std::vector<EffectRow> script = effects_of_script(dem->effects);
   rows.insert(rows.end(), script.begin(), script.end());
   return rows;
+}
+
+void add_shares(std::vector<EffectRow>& effects, std::span<const TimingRow> times,
+                const MarkerSeconds& markers, double grain_seconds) {
+  double total = 0.0;
+  std::map<std::string, double> share;
+  for (const TimingRow& row : times) {
+    total += row.seconds_mean;
+    share[row.part] = row.share;
+  }
+  if (total <= 0.0) return;
+  share["immersed boundary"] = markers.first_loops / total;
+  share["moving boundary"] = markers.placing / total;
+  share["interior term"] = markers.interior / total;
+  share["extra forcing loops"] = markers.extra_loops / total;
+  share["grain motion"] = grain_seconds / total;
+  for (EffectRow& row : effects)
+    if (const auto found = share.find(row.effect); found != share.end() && row.state == "on")
+      row.share = found->second;
 }
 
 }  // namespace bedload

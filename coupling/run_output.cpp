@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
+#include "coupling/effects.hpp"
 #include "fluid/bandwidth.hpp"
 #include "fluid/errors.hpp"
 #include "fluid/fft_length.hpp"
@@ -95,6 +97,8 @@ void RunOutput<Real>::after_step() {
   simulation_.timing().measure(phase_, [&] {
     const Channel<Real>& channel = simulation_.channel();
     worst_residual_ = std::max(worst_residual_, simulation_.momentum_residual());
+    boundary_.loops_sum += channel.forcing().loops;
+    ++boundary_.steps;
     if (channel.step() % settings_.output.history_every == 0) write_history();
     if (spheres_due_.due(channel.time(), channel.time_step())) write_spheres();
     if (settings_.output.fields_every > 0.0 &&
@@ -124,6 +128,7 @@ void RunOutput<Real>::finish(const std::string& time_line) {
     });
   });
   const std::vector<TimingRow> times = simulation_.timing().reduce(comm);
+  const std::string effects = effects_table(effects_with_shares(times));
   const std::vector<PhaseRow> phase_times = phases();
   double seconds = 0.0;
   for (const PhaseRow& row : phase_times) seconds += row.seconds;
@@ -134,9 +139,36 @@ void RunOutput<Real>::finish(const std::string& time_line) {
     write_phases(folder_, phase_times, bandwidth);
     progress_->finish(progress_state());
     if (flow.samples > 0) fmt::print("\n{}", statistics_summary(flow));
-    fmt::print("\n{}\n{}\nOutput: {}\n", timing_table(times), phase_table(phase_times, bandwidth),
-               folder_);
+    fmt::print("\n{}\n{}\n{}\n{}Output: {}\n", timing_table(times),
+               phase_table(phase_times, bandwidth), effects, slip_summary(), folder_);
   });
+}
+
+template <class Real>
+std::string RunOutput<Real>::slip_summary() const {
+  if (!simulation_.channel().immersed_boundary() || boundary_.rows == 0 || boundary_.steps == 0)
+    return "";
+  const double u = settings_.reference.velocity;
+  return fmt::format(
+      "No-slip error at the markers over the run, in reference.velocity: {:.2g} (root mean "
+      "square), "
+      "{:.2g} (largest); {:.3g} forcing loops a stage.\n\n",
+      boundary_.rms_sum / static_cast<double>(boundary_.rows) / u, boundary_.largest / u,
+      boundary_.loops_sum / static_cast<double>(boundary_.steps));
+}
+
+template <class Real>
+std::vector<EffectRow> RunOutput<Real>::effects_with_shares(
+    std::span<const TimingRow> times) const {
+  const Channel<Real>& channel = simulation_.channel();
+  MarkerSeconds mine;
+  if (channel.immersed_boundary()) mine = channel.immersed_boundary()->seconds();
+  std::array<double, 4> sums{mine.placing, mine.first_loops, mine.extra_loops, mine.interior};
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 4, MPI_DOUBLE, MPI_SUM, channel.comm());
+  for (double& sum : sums) sum /= channel.decomposition().ranks();
+  std::vector<EffectRow> effects = effects_;
+  add_shares(effects, times, {sums[0], sums[1], sums[2], sums[3]}, simulation_.grain_seconds());
+  return effects;
 }
 
 template <class Real>
@@ -169,6 +201,9 @@ template <class Real>
 void RunOutput<Real>::write_history() {
   const HistoryRow row = history_row();
   if (first_rank_) history_->add(row);
+  boundary_.largest = std::max(boundary_.largest, row.slip_max);
+  boundary_.rms_sum += row.slip_rms;
+  ++boundary_.rows;
   worst_residual_ = 0.0;
   history_step_ = row.step;
 }

@@ -50,7 +50,15 @@ class RunOutput {
     double every_, next_;
   };
 
+  /// Slip of the projected velocity over the run, at the rows of history.csv, and forcing loops.
+  struct Boundary {
+    double largest = 0.0, rms_sum = 0.0, loops_sum = 0.0;
+    std::int64_t rows = 0, steps = 0;
+  };
+
   FlowView<Real> view() const;
+  std::string slip_summary() const;
+  std::vector<EffectRow> effects_with_shares(std::span<const TimingRow> times) const;
   HistoryRow history_row() const;
   ProgressState progress_state() const;
   void write_spheres();
@@ -69,6 +77,7 @@ class RunOutput {
   Rhythm fields_due_, spheres_due_;
   std::int64_t fields_step_ = -1, history_step_ = -1;  ///< of the last one written
   double worst_residual_ = 0.0;                        ///< since the last row of history.csv
+  Boundary boundary_;
   FieldWriter fields_;
   std::unique_ptr<Statistics<Real>> statistics_;  ///< where the scene asks for them
   std::size_t statistics_phase_ = 0;

@@ -90,6 +90,7 @@ void Simulation<Real>::take_note(int stage) {
     mean.torque += weight * load.torque;
   }
   grain_intervals_.push_back({motion_.dem_began, motion_.dem_ended});
+  grain_seconds_ += motion_.dem_ended - motion_.dem_began;
 }
 
 template <class Real>

@@ -31,6 +31,9 @@ class Simulation {
   Channel<Real>& channel() { return channel_; }
   const Channel<Real>& channel() const { return channel_; }
   Timing& timing() { return timing_; }
+  /// Wall clock that LIGGGHTS has spent on the grains' motion so far, as this rank's partners say
+  /// [s].
+  double grain_seconds() const { return grain_seconds_; }
   /// What LIGGGHTS did in the last step.
   const std::vector<GrainInterval>& grain_intervals() const { return grain_intervals_; }
 
@@ -66,6 +69,7 @@ class Simulation {
   std::vector<SphereLoad> loads_;                  ///< of the present stage, of spheres here
   Motion motion_;                                  ///< what LIGGGHTS answered
   std::map<std::int64_t, SphereLoad> mean_loads_;  ///< by tag, of the last step so far
+  double grain_seconds_ = 0.0;
   StepAccount account_;
 };
 

@@ -42,6 +42,19 @@ double root_mean(double squares, double count) {
 
 constexpr int memory_message = 21, share_message = 22;  // message tags
 
+/// Adds the time that a scope takes to a sum.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& sum) : sum_(sum), began_(MPI_Wtime()) {}
+  ~Stopwatch() { sum_ += MPI_Wtime() - began_; }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& sum_;
+  double began_;
+};
+
 [[noreturn]] void report_twins(std::int64_t tag) {
   throw UserError(fmt::format("Two spheres have the tag {}; tags must differ.", tag));
 }
@@ -308,6 +321,7 @@ void ImmersedBoundary<Real>::place_fixed() {
 
 template <class Real>
 void ImmersedBoundary<Real>::place_mobile() {
+  const Stopwatch watch(seconds_.placing);
   halo_.reset();
   mobile_halo_.forget();
   for (MarkerList<Real>& list : mobile_lists_) list.clear();
@@ -473,6 +487,7 @@ void ImmersedBoundary<Real>::clear_around(const Vec3& centre, double distance) {
 
 template <class Real>
 void ImmersedBoundary<Real>::start_stage(const Field<Real>& velocity) {
+  const Stopwatch watch(seconds_.interior);
   for (std::size_t n = 0; n < mobile_.size(); ++n)
     for (const std::size_t c : components)
       mobile_[n].share.before[c] = interior_.sums(3 * n + c, velocity);
@@ -532,6 +547,12 @@ ForcingReport ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_
   for (Lists* lists : {&fixed_lists_, &mobile_lists_})
     for (MarkerList<Real>& list : *lists) std::fill(list.given.begin(), list.given.end(), Real{});
 
+  double loop_began = MPI_Wtime();
+  const auto end_loop = [&](double& sum) {
+    const double now = MPI_Wtime();
+    sum += now - loop_began;
+    loop_began = now;
+  };
   int loops = 0;
   SlipSums before = find_changes(velocity), after = before;
   while (true) {
@@ -540,6 +561,7 @@ ForcingReport ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_
       for (MarkerList<Real>& list : *lists) spread_change(list, velocity);
     halo_.collect(velocity);
     halo_.refresh(velocity);
+    end_loop(loops == 0 ? seconds_.first_loops : seconds_.extra_loops);
     ++loops;
     if (loops == most_loops_ && !measure) break;
     after = find_changes(velocity);
@@ -547,10 +569,12 @@ ForcingReport ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_
   }
   ForcingReport report = sum_given(before, after, stage_step);
   report.loops = loops;
+  end_loop(loops == 1 ? seconds_.first_loops : seconds_.extra_loops);
 
   for (std::size_t n = 0; n < mobile_.size(); ++n)
     for (const std::size_t c : components)
       mobile_[n].share.after[c] = interior_.sums(3 * n + c, velocity);
+  end_loop(seconds_.interior);
   return report;
 }
 

@@ -37,6 +37,14 @@ struct ForcingReport {
   Vec3 force_of_fixed = Vec3::Zero();  ///< the fixed spheres' part of it
 };
 
+/// Wall clock that this rank has spent so far [s].
+struct MarkerSeconds {
+  double placing = 0.0;      ///< finding and weighing the mobile spheres' markers
+  double first_loops = 0.0;  ///< forcing
+  double extra_loops = 0.0;
+  double interior = 0.0;  ///< momentum inside the mobile spheres
+};
+
 /// Momentum of the fluid inside a sphere that stands for the sphere's own: what was inside after
 /// the last forcing, less what the sphere is still owed. The momentum of fluid and spheres less
 /// this changes only by what comes from outside.
@@ -89,6 +97,8 @@ class ImmersedBoundary {
 
   /// Of the mobile spheres whose centre lies in this rank's block, ascending tags.
   std::vector<SphereAccount> accounts() const;
+
+  const MarkerSeconds& seconds() const { return seconds_; }
 
  private:
   using Lists = std::array<MarkerList<Real>, 3>;
@@ -163,6 +173,7 @@ class ImmersedBoundary {
   std::vector<int> indices_;                     ///< 0, 1, 2, ...
   Field<Real> scratch_;  ///< planes up to the highest sphere; zero between calls
   bool stage_started_ = false;
+  MarkerSeconds seconds_;
 };
 
 }  // namespace bedload

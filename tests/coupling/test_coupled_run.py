@@ -1,6 +1,7 @@
 """Both real programs in one job: a small scene with collisions, on several numbers of ranks."""
 
 import csv
+import re
 
 import h5py
 import numpy as np
@@ -128,6 +129,24 @@ def test_single_precision_follows_double(folders, tmp_path):
     apart = np.abs(single - double[: len(single)])[:, :3].max()
     # Fields rounded to 6e-8: seen 3e-7 after 20 steps.
     assert 1e-12 < apart < 1e-5
+
+
+def test_a_run_ends_with_its_slip_and_what_each_effect_cost(tmp_path):
+    result = job(tmp_path, "--steps", "5")
+    assert result.status == 0, result.output
+    found = re.search(r"No-slip error .*: (\S+) \(root mean square\), (\S+) \(largest\); 2 forcing",
+                      result.output)
+    history = rows(tmp_path / "out" / "history.csv")
+    assert float(found[1]) == pytest.approx(np.mean([float(r["slip_rms"]) for r in history]), rel=0.06)
+    assert float(found[2]) == pytest.approx(max(float(r["slip_max"]) for r in history), rel=0.06)
+    # The parts of the markers' time are told apart and add up to it, but for the sums over ranks.
+    share = {name: float(value) for name, value in
+             re.findall(r"^(\w[\w ]*?) +on +(\d+\.\d)%", result.output, re.MULTILINE)}
+    parts = ("immersed boundary", "moving boundary", "interior term", "extra forcing loops")
+    assert all(share[name] > 0.0 for name in parts)
+    markers = float(re.search(r"^markers .* (\d+\.\d)%", result.output, re.MULTILINE)[1])
+    assert 0.5 * markers < sum(share[name] for name in parts) < markers + 0.5
+    assert share["grain motion"] > 0.0
 
 
 def test_fluid_alone_needs_no_liggghts(tmp_path):
