@@ -13,6 +13,7 @@
 #include <unordered_set>
 
 #include "fluid/errors.hpp"
+#include "fluid/spheres/gather.hpp"
 #include "fluid/spheres/marker_sweep.hpp"
 #include "fluid/spheres/marker_volume.hpp"
 
@@ -680,6 +681,38 @@ std::vector<SphereAccount> ImmersedBoundary<Real>::accounts() const {
            .angular = density_ * (sphere.memory.forced.angular - sphere.memory.owed.angular -
                                   sphere.memory.turn_due)});
   return accounts;
+}
+
+template <class Real>
+std::vector<double> ImmersedBoundary<Real>::remembered() const {
+  struct Row {
+    double tag;
+    std::array<double, memory_numbers> memory;
+  };
+  static_assert(sizeof(Row) == numbers_remembered * sizeof(double));
+  std::vector<Row> mine;
+  for (const Mobile& sphere : mobile_) {
+    if (sphere.home != slabs_.rank()) continue;
+    std::vector<double> numbers;
+    append_memory(sphere.memory, numbers);
+    mine.push_back({.tag = static_cast<double>(sphere.state.tag), .memory = {}});
+    std::copy(numbers.begin(), numbers.end(), mine.back().memory.begin());
+  }
+  const std::vector<Row> all = gather_by_tag<Row>(slabs_.comm(), mine);
+  std::vector<double> rows(all.size() * numbers_remembered);
+  std::memcpy(rows.data(), all.data(), rows.size() * sizeof(double));
+  return rows;
+}
+
+template <class Real>
+void ImmersedBoundary<Real>::set_remembered(std::span<const double> rows) {
+  for (; rows.size() >= numbers_remembered; rows = rows.subspan(numbers_remembered)) {
+    const auto tag = static_cast<std::int64_t>(rows[0]);
+    const auto known =
+        std::lower_bound(mobile_.begin(), mobile_.end(), tag,
+                         [](const Mobile& m, std::int64_t t) { return m.state.tag < t; });
+    if (known != mobile_.end() && known->state.tag == tag) read_memory(&rows[1], known->memory);
+  }
 }
 
 template class ImmersedBoundary<float>;

@@ -98,6 +98,13 @@ class ImmersedBoundary {
   /// Of the mobile spheres whose centre lies in this rank's block, ascending tags.
   std::vector<SphereAccount> accounts() const;
 
+  /// What is remembered of the mobile spheres between stages, complete on every rank, and the same
+  /// put back after a restart; rows of `numbers_remembered`, the tag first. Spheres that are not
+  /// named begin anew, tags that are no longer there are passed over. Collective.
+  static constexpr std::size_t numbers_remembered = 17;
+  std::vector<double> remembered() const;
+  void set_remembered(std::span<const double> rows);
+
   const MarkerSeconds& seconds() const { return seconds_; }
 
  private:

@@ -71,9 +71,12 @@ def test_collisions_are_the_same_on_all_ranks(tmp_path):
         np.testing.assert_allclose(paths[ranks], paths[(1, 1)], rtol=0, atol=1e-9)
 
 
-def test_script_around_and_between_coupled_runs(tmp_path):
-    result = job(tmp_path, "staged.liggghts", "--steps", "40", "--out", "path.csv",
+@pytest.mark.parametrize("ranks", [(1, 1), (3, 2)], ids="{0[0]}+{0[1]}".format)
+def test_script_around_and_between_coupled_runs(tmp_path, ranks):
+    """Spheres come and go between coupled runs, and what the script puts there works as ever."""
+    result = job(tmp_path, "staged.liggghts", "--steps", "40", "--out", "path.csv", ranks=ranks,
                  dem_options=("-screen", "/dev/stdout"))
+    assert result.number("misrouted") == 0
     assert result.number("changes") == 2, "one sphere came, one went"
     path = trajectories(tmp_path / "path.csv")
     tags = {int(step): sorted(path[path[:, 0] == step][:, 1]) for step in (0, 9, 10, 19, 20, 39)}
