@@ -453,36 +453,40 @@ void ImmersedBoundary<Real>::weigh_mobile() {
   mobile_halo_.clear_touched(scratch_);
 }
 
-/// Empties the scratch field within `distance` of a place.
+/// Empties the scratch field, ghosts included, within `distance` of a place.
 template <class Real>
 void ImmersedBoundary<Real>::clear_around(const Vec3& centre, double distance) {
   const double h = grid_.h;
   const int nx = grid_.cells[0];
-  const auto wrapped = [&](int direction, int cell) {
-    const int n = grid_.cells[static_cast<std::size_t>(direction)];
-    return grid_.periodic(direction) ? ((cell % n) + n) % n : cell;
-  };
   const auto lowest = [&](int d, double reach) {
     return static_cast<int>(std::floor((centre[d] - reach) / h));
   };
   const auto highest = [&](int d, double reach) {
     return static_cast<int>(std::floor((centre[d] + reach) / h));
   };
+  /// Calls use(local) wherever a global plane or row lies in this block or its ghosts.
+  const auto each_local = [this](int d, int cell, int first, int count, auto use) {
+    const int n = grid_.cells[static_cast<std::size_t>(d)];
+    for (const int image : {0, -n, n}) {
+      if (image != 0 && !grid_.periodic(d)) continue;
+      const int local = cell + image - first;
+      if (local >= -1 && local <= count) use(local);
+    }
+  };
   for (int j = lowest(1, distance); j <= highest(1, distance); ++j) {
-    const int plane = wrapped(1, j) - slabs_.first();
-    if (plane < 0 || plane >= scratch_.planes()) continue;
     const double off = std::max(0.0, std::abs(grid_.centre(j) - centre.y()) - h);
     const double disc = distance * distance - off * off;
     if (disc <= 0.0) continue;
-    for (int k = lowest(2, std::sqrt(disc)); k <= highest(2, std::sqrt(disc)); ++k) {
-      const int row = wrapped(2, k);
-      if (row < 0 || row >= grid_.cells[2]) continue;
-      int first = lowest(0, distance), last = highest(0, distance);
-      if (first < 0 || last >= nx) first = 0, last = nx - 1;
-      for (int c = 0; c < 3; ++c)
-        std::fill(scratch_.row(plane, row, c) + first, scratch_.row(plane, row, c) + last + 1,
-                  Real{});
-    }
+    each_local(1, j, slabs_.first(), scratch_.planes(), [&](int plane) {
+      for (int k = lowest(2, std::sqrt(disc)); k <= highest(2, std::sqrt(disc)); ++k)
+        each_local(2, k, 0, scratch_.nz(), [&](int row) {
+          int first = lowest(0, distance), last = highest(0, distance);
+          if (first < 0 || last >= nx) first = -1, last = nx;
+          for (int c = 0; c < 3; ++c)
+            std::fill(scratch_.row(plane, row, c) + first, scratch_.row(plane, row, c) + last + 1,
+                      Real{});
+        });
+    });
   }
 }
 
