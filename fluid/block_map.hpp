@@ -88,9 +88,11 @@ inline BlockMap block_map(const Grid& grid, const Decomposition& slabs) {
                .periodic = {grid.periodic(0), grid.periodic(1), grid.periodic(2)},
                .h = grid.h,
                .y = {},
-               .z = {0, grid.cells[2]}};
-  for (int r = 0; r < slabs.ranks(); ++r) map.y.push_back(slabs.first(r));
+               .z = {}};
+  for (int part = 0; part < slabs.y_parts(); ++part) map.y.push_back(slabs.first(part));
+  for (int part = 0; part < slabs.z_parts(); ++part) map.z.push_back(slabs.first_row(part));
   map.y.push_back(grid.cells[1]);
+  map.z.push_back(grid.cells[2]);
   return map;
 }
 

@@ -479,7 +479,7 @@ void ImmersedBoundary<Real>::clear_around(const Vec3& centre, double distance) {
     if (disc <= 0.0) continue;
     each_local(1, j, slabs_.first(), scratch_.planes(), [&](int plane) {
       for (int k = lowest(2, std::sqrt(disc)); k <= highest(2, std::sqrt(disc)); ++k)
-        each_local(2, k, 0, scratch_.nz(), [&](int row) {
+        each_local(2, k, slabs_.first_row(), scratch_.nz(), [&](int row) {
           int first = lowest(0, distance), last = highest(0, distance);
           if (first < 0 || last >= nx) first = -1, last = nx;
           for (int c = 0; c < 3; ++c)

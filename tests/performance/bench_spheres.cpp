@@ -69,10 +69,10 @@ void measure(const std::string& precision, int copies, int repeats) {
   s.grid.length = {16.0 * copies, 9.0, 8.0};
   s.spheres.forcing_loops = 1;
   const Grid grid = make_grid(s);
-  const Decomposition slabs(grid, MPI_COMM_WORLD, std::vector<double>(90, 1.0));
-  Field<Real> velocity(grid, slabs.planes(), 3);
+  const Decomposition slabs(grid, MPI_COMM_WORLD);
+  Field<Real> velocity(grid, slabs.extent(), 3);
   for (int j = 0; j < slabs.planes(); ++j)
-    for (int k = 0; k < 80; ++k)
+    for (int k = 0; k < slabs.rows(); ++k)
       for (int i = 0; i < grid.cells[0]; ++i)
         velocity.row(j, k)[i] = Real(0.1) * static_cast<Real>(std::sin(0.3 * i + 0.2 * j + k));
   const auto cost = [&](bool with_mobile, auto use) {
