@@ -1,6 +1,7 @@
 #include "liggghts_styles/fix_lubrication.hpp"
 
 #include <fmt/format.h>
+#include <mpi.h>
 
 #include <algorithm>
 #include <limits>
@@ -17,12 +18,14 @@ namespace bedload {
 namespace {
 constexpr const char* style_name = "fix lubrication";
 constexpr const char* store_id = "lubricationForce";
+constexpr double tolerance = 1e-8;  // of the films' forces, far below what the formula is good for
+constexpr int most_iterations = 200;
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 }  // namespace
 
 FixLubrication::FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
     : Fix(lammps, narg, arg) {
-  comm_forward = 4;
+  comm_forward = 3;
   if (modify->find_fix_style_strict("lubrication", 0) != nullptr) {
     stop_run(lmp, "fix lubrication: there is one already, and one serves all pairs and walls");
   }
@@ -58,7 +61,8 @@ FixLubrication::FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
 FixLubrication::~FixLubrication() = default;
 
 int FixLubrication::setmask() {
-  return LAMMPS_NS::FixConst::PRE_FORCE | LAMMPS_NS::FixConst::PRE_FINAL_INTEGRATE;
+  return LAMMPS_NS::FixConst::PRE_FORCE | LAMMPS_NS::FixConst::PRE_NEIGHBOR |
+         LAMMPS_NS::FixConst::PRE_FINAL_INTEGRATE;
 }
 
 // Force applied in the last step and its number, per sphere; goes into restart files and dumps.
@@ -103,7 +107,7 @@ void FixLubrication::init() {
 void FixLubrication::add(int i, int j, double gap, double effective_radius, double smaller_radius,
                          const double* n, const double* wall_velocity) {
   const auto outside = [&](int k) { return (atom->mask[k] & groupbit) == 0; };
-  if (gap > range_ || outside(i) || (j >= 0 && outside(j))) return;
+  if (outside(i) || (j >= 0 && outside(j))) return;
   const auto coefficient = [&](double at) {
     return contact::lubrication_coefficient(viscosity_.get(), effective_radius, at,
                                             smallest_gap_ * smaller_radius);
@@ -111,7 +115,8 @@ void FixLubrication::add(int i, int j, double gap, double effective_radius, doub
   // What the grid resolves of the film is in the fluid's force already.
   const double c = coefficient(gap) - (unresolved_ > 0 ? coefficient(range_) : 0);
   if (c <= 0) return;
-  Film film{i, j, c, {n[0], n[1], n[2]}, {0, 0, 0}};
+  Film film{i, j, c, {n[0], n[1], n[2]}, {0, 0, 0}, 0, j >= atom->nlocal ? 0.5 : 1.0, 0};
+  if (inverse_mass(film) == 0) return;  // neither can move
   if (wall_velocity != nullptr) std::copy_n(wall_velocity, 3, film.wall_velocity.begin());
   films_.push_back(film);
 }
@@ -120,48 +125,136 @@ double FixLubrication::inverse_mass(int i) const {
   return mobility_.inverse_mass(atom->mask[i], atom->rmass[i]);
 }
 
-void FixLubrication::load_spheres() {
-  const int local = atom->nlocal;
-  loads_.resize(local + atom->nghost);
-  for (int i = 0; i < local; ++i) {
-    const double w = inverse_mass(i);
-    const double* f = atom->f[i];
-    loads_[i] = {0, w * f[0], w * f[1], w * f[2]};
+double FixLubrication::inverse_mass(const Film& film) const {
+  return inverse_mass(film.i) + (film.j < 0 ? 0.0 : inverse_mass(film.j));
+}
+
+double FixLubrication::sum_over_ranks(double mine) const {
+  double all = mine;
+  if (comm->nprocs > 1) MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_SUM, world);
+  return all;
+}
+
+bool FixLubrication::none_anywhere() const {
+  return sum_over_ranks(static_cast<double>(films_.size())) == 0;
+}
+
+/// n·(a_i - a_j), the rate at which the gap's speed changes [m/s²].
+double FixLubrication::relative(const Film& film) const {
+  const Vector& n = film.normal;
+  const Vector& a = accelerations_[film.i];
+  double r = a[0] * n[0] + a[1] * n[1] + a[2] * n[2];
+  if (film.j >= 0) {
+    const Vector& b = accelerations_[film.j];
+    r -= b[0] * n[0] + b[1] * n[1] + b[2] * n[2];
   }
-  for (const Film& film : films_) {
-    loads_[film.i][0] += film.coefficient;
-    if (film.j >= 0 && film.j < local) loads_[film.j][0] += film.coefficient;
+  return r;
+}
+
+/// Accelerations of all spheres by the given forces of the films.
+void FixLubrication::accelerate(const std::vector<double>& forces) {
+  const int local = atom->nlocal;
+  std::fill(accelerations_.begin(), accelerations_.end(), Vector{});
+  for (std::size_t k = 0; k < films_.size(); ++k) {
+    const Film& film = films_[k];
+    const bool has_partner = film.j >= 0 && film.j < local;
+    const double wi = inverse_mass(film.i) * forces[k];
+    const double wj = has_partner ? inverse_mass(film.j) * forces[k] : 0.0;
+    for (int d = 0; d < 3; ++d) {
+      accelerations_[film.i][d] += wi * film.normal[d];
+      if (has_partner) accelerations_[film.j][d] -= wj * film.normal[d];
+    }
   }
   comm->forward_comm_fix(this);
 }
 
+/// Each film by itself, under the forces that are not films.
+void FixLubrication::solve_alone() {
+  const int local = atom->nlocal;
+  for (int i = 0; i < local; ++i) {
+    const double w = inverse_mass(i);
+    for (int d = 0; d < 3; ++d) accelerations_[i][d] = w * atom->f[i][d];
+  }
+  comm->forward_comm_fix(this);
+  const double dt = update->dt;
+  for (Film& film : films_) {
+    const double* vi = atom->v[film.i];
+    const double* vj = film.j < 0 ? film.wall_velocity.data() : atom->v[film.j];
+    double opening = 0;
+    for (int d = 0; d < 3; ++d) opening += (vi[d] - vj[d]) * film.normal[d];
+    const double x = film.coefficient * dt * inverse_mass(film);
+    film.compliance = contact::lubrication_step_compliance(film.coefficient, dt, x);
+    film.force = contact::lubrication_step_force(film.coefficient, opening, relative(film), dt, x);
+  }
+}
+
+/// Films that share a sphere: (D + A - diag A) F = D F_alone by conjugate gradients with D as
+/// preconditioner, from F = F_alone. A film that shares no sphere has no residual and keeps its
+/// force to the last bit.
+void FixLubrication::solve_together() {
+  const std::size_t count = films_.size();
+  std::vector<double> direction(count), residual(count), moved(count);
+  const auto others = [&](const std::vector<double>& forces) {  // (A - diag A) F
+    accelerate(forces);
+    for (std::size_t k = 0; k < count; ++k) {
+      moved[k] = relative(films_[k]) - inverse_mass(films_[k]) * forces[k];
+    }
+  };
+  double scale = 0, square = 0;
+  for (std::size_t k = 0; k < count; ++k) direction[k] = films_[k].force;
+  others(direction);
+  for (std::size_t k = 0; k < count; ++k) {
+    const Film& film = films_[k];
+    residual[k] = -moved[k];
+    scale += film.share * film.compliance * film.force * film.force;
+    square += film.share * residual[k] * residual[k] / film.compliance;
+    direction[k] = residual[k] / film.compliance;
+  }
+  const double enough = tolerance * tolerance * sum_over_ranks(scale);
+  square = sum_over_ranks(square);
+  for (int n = 0; n < most_iterations && square > enough; ++n) {
+    others(direction);
+    double curvature = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      moved[k] += films_[k].compliance * direction[k];
+      curvature += films_[k].share * direction[k] * moved[k];
+    }
+    const double step = square / sum_over_ranks(curvature);
+    double next = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      Film& film = films_[k];
+      film.force += step * direction[k];
+      residual[k] -= step * moved[k];
+      next += film.share * residual[k] * residual[k] / film.compliance;
+    }
+    next = sum_over_ranks(next);
+    for (std::size_t k = 0; k < count; ++k) {
+      direction[k] = residual[k] / films_[k].compliance + next / square * direction[k];
+    }
+    square = next;
+  }
+}
+
 void FixLubrication::pre_final_integrate() {
+  const bool none = none_anywhere();
+  if (none && !stale_) return;
   const int local = atom->nlocal;
   double** applied = applied_->array_atom;
   for (int i = 0; i < local; ++i) {
     std::fill_n(applied[i], 3, 0.0);
     applied[i][3] = static_cast<double>(update->ntimestep);
   }
-  if (films_.empty() && comm->nprocs == 1) return;
-  load_spheres();
+  stale_ = !none;
+  if (none) return;
 
-  const double dt = update->dt;
+  accelerations_.resize(local + atom->nghost);
+  solve_alone();
+  solve_together();
   for (const Film& film : films_) {
-    const int i = film.i, j = film.j;
-    const double wi = inverse_mass(i);
-    const double wj = j < 0 ? 0.0 : inverse_mass(j);
-    const double* vj = j < 0 ? film.wall_velocity.data() : atom->v[j];
-    double opening = 0, acceleration = 0;
     for (int d = 0; d < 3; ++d) {
-      opening += (atom->v[i][d] - vj[d]) * film.normal[d];
-      acceleration += (loads_[i][d + 1] - (j < 0 ? 0.0 : loads_[j][d + 1])) * film.normal[d];
-    }
-    const double x = dt * (wi * loads_[i][0] + (j < 0 ? 0.0 : wj * loads_[j][0]));
-    const double force =
-        contact::lubrication_step_force(film.coefficient, opening, acceleration, dt, x);
-    for (int d = 0; d < 3; ++d) {
-      if (wi > 0) applied[i][d] += force * film.normal[d];
-      if (wj > 0 && j < local) applied[j][d] -= force * film.normal[d];
+      if (inverse_mass(film.i) > 0) applied[film.i][d] += film.force * film.normal[d];
+      if (film.j < 0 || film.j >= local || inverse_mass(film.j) == 0) continue;
+      applied[film.j][d] -= film.force * film.normal[d];
     }
   }
   for (int i = 0; i < local; ++i) {
@@ -182,7 +275,7 @@ void FixLubrication::setup(int) {
 int FixLubrication::pack_comm(int count, int* list, double* buffer, int, int*) {
   int m = 0;
   for (int n = 0; n < count; ++n) {
-    for (const double value : loads_[list[n]]) buffer[m++] = value;
+    for (const double value : accelerations_[list[n]]) buffer[m++] = value;
   }
   return comm_forward;
 }
@@ -190,7 +283,7 @@ int FixLubrication::pack_comm(int count, int* list, double* buffer, int, int*) {
 void FixLubrication::unpack_comm(int count, int first, double* buffer) {
   int m = 0;
   for (int n = first; n < first + count; ++n) {
-    for (double& value : loads_[n]) value = buffer[m++];
+    for (double& value : accelerations_[n]) value = buffer[m++];
   }
 }
 

@@ -20,7 +20,9 @@ namespace bedload {
 ///
 /// The contact models of our pair styles and walls hand over the surfaces that are in range (they
 /// meet them anyway, so no search is made here). The force is applied at the end of the step, when
-/// all other forces are known, because a stiff lubrication film has to answer to them.
+/// all other forces are known, because a stiff film has to answer to them, those of the other films
+/// of its spheres included: the films of a step are solved for together (conjugate gradients over
+/// all ranks, from the forces that the films would have alone).
 class FixLubrication : public LAMMPS_NS::Fix {
  public:
   FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg);
@@ -32,6 +34,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   void init() override;
   void setup_pre_force(int) override { films_.clear(); }
   void pre_force(int) override { films_.clear(); }
+  void pre_neighbor() override { stale_ = true; }
   void setup(int) override;
   void pre_final_integrate() override;
   void* extract(const char* name, int& dimension) override;
@@ -47,19 +50,32 @@ class FixLubrication : public LAMMPS_NS::Fix {
   void add(int i, int j, double gap, double effective_radius, double smaller_radius,
            const double* normal, const double* wall_velocity);
 
-  double range() const { return range_; }
+  /// Whether surfaces whose distance squared is `rsq` are in range; `touch` is the distance at
+  /// which they would touch.
+  bool reaches(double rsq, double touch) const {
+    const double reach = touch + range_;
+    return rsq <= reach * reach;
+  }
 
  private:
   struct Film {
     int i, j;
     double coefficient;  // c [kg/s]
     std::array<double, 3> normal, wall_velocity;
+    double compliance;  // D_k [1/kg], see formulas/lubrication.hpp
+    double share;       // 1/2 where another rank (or image) holds the same film, else 1
+    double force;       // mean over the step [N]
   };
-  /// Of a sphere: sum of its films' c [kg/s], acceleration by all other forces [m/s²].
-  using Load = std::array<double, 4>;
+  using Vector = std::array<double, 3>;
 
   double inverse_mass(int i) const;
-  void load_spheres();
+  double inverse_mass(const Film& film) const;
+  bool none_anywhere() const;
+  void solve_alone();
+  void solve_together();
+  void accelerate(const std::vector<double>& forces);
+  double relative(const Film& film) const;
+  double sum_over_ranks(double mine) const;
 
   double viscosity_setting_ = 0, range_setting_ = 0, smallest_gap_ = 3e-3, unresolved_ = 0;
   double viscosity_now_ = 0, range_ = 0;
@@ -67,7 +83,8 @@ class FixLubrication : public LAMMPS_NS::Fix {
   Mobility mobility_;
   bool used_by_pairs_ = false;
   std::vector<Film> films_;
-  std::vector<Load> loads_;
+  std::vector<Vector> accelerations_;  // of local and ghost spheres [m/s²]
+  bool stale_ = true;                  // lubricationForce holds something that is not of this step
   LAMMPS_NS::FixPropertyAtom* applied_ = nullptr;
 };
 

@@ -84,26 +84,25 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     // Where the integrator asks again for the forces of a step that was made (start of a run,
     // output), it gets what was applied; asked for them at a step not made, the contact is read
     // only.
+    // Shipped tangential and rolling models scale with the normal stiffness: they get the secant
+    // stiffness and the damping, the tangential ones by the usual 2/7.
     double force = 0;
     if (advancing) {
       force = advance(s, h, now);
-    } else if (h.step == now && now > 0) {
-      force = h.force;
+    } else {
+      if (h.step == now && now > 0) force = h.force;
+      s.kn = h.stiffness * std::sqrt(std::max(0.0, s.deltan - h.birth_overlap));
     }
 
     s.Fn = force;
-    // For shipped tangential and rolling models, which scale with the normal stiffness: secant
-    // stiffness and damping, the tangential ones by the usual 2/7.
-    s.kn = h.stiffness * std::sqrt(std::max(0.0, s.deltan - h.birth_overlap));
     s.gamman = h.damping;
     s.kt = 2.0 / 7.0 * s.kn;
     s.gammat = 2.0 / 7.0 * s.gamman;
 
     const double scale = s.is_wall ? s.area_ratio : 1.0;
-    for (int d = 0; d < 3; ++d) {
-      i_forces.delta_F[d] += scale * force * s.en[d];
-      if (!s.is_wall) j_forces.delta_F[d] -= force * s.en[d];
-    }
+    for (int d = 0; d < 3; ++d) i_forces.delta_F[d] += scale * force * s.en[d];
+    if (s.is_wall) return;
+    for (int d = 0; d < 3; ++d) j_forces.delta_F[d] -= force * s.en[d];
   }
 
   void surfacesClose(SurfacesCloseData&, ForceData&, ForceData&) override {}
@@ -113,11 +112,11 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     double stiffness, damping, birth_overlap, speed, force, step, settling, lost;
   };
 
-  /// One step of a contact: birth if there is none, force, memory of both.
-  double advance(const SurfacesIntersectData& s, History& h, double now) {
+  /// One step of a contact: birth if there is none, force, memory of both. Sets s.kn.
+  [[gnu::always_inline]] double advance(SurfacesIntersectData& s, History& h, double now) {
     const double approach = -s.vn;
     const bool alive = h.stiffness > 0 && h.step == now - 1 && s.deltan > h.birth_overlap;
-    h.force = 0;
+    h.force = s.kn = 0;
     if (!alive) {
       h.stiffness = 0;
       if (approach <= 0) return 0;  // only approaching surfaces begin a contact
@@ -140,6 +139,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
       const double middle = approach - 0.5 * done.force * update->dt / mass;
       h.lost += h.damping * middle * middle * update->dt;
     }
+    s.kn = done.secant_stiffness;
     if (done.last) h.stiffness = 0;
     h.force = done.force;
     h.step = now;

@@ -49,10 +49,11 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
   void surfacesClose(Close& s, Forces& i_forces, Forces& j_forces) {
     Base::surfacesClose(s, i_forces, j_forces);
     const bool acts = table_ != nullptr && s.has_force_update && s.shearupdate;
-    if (!s.computeflag || (lubrication_ == nullptr && !acts)) return;
+    const bool film = lubrication_ != nullptr && lubrication_->reaches(s.rsq, s.radsum);
+    if (!s.computeflag || (!film && !acts)) return;
     const double r = std::sqrt(s.rsq);
     const double gap = r - s.radsum;
-    if (lubrication_ != nullptr && gap <= lubrication_->range()) {
+    if (film) {
       const double n[3] = {s.delta[0] / r, s.delta[1] / r, s.delta[2] / r};
       const double effective = s.is_wall ? s.radi : s.radi * s.radj / s.radsum;
       const double smaller = s.is_wall ? s.radi : std::min(s.radi, s.radj);

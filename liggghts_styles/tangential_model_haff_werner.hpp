@@ -86,8 +86,9 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     return wi + wj > 0 ? 1 / (wi + wj) : 0.0;
   }
 
-  void act(const SurfacesCloseData& s, const double* n, const double* slip, double normal_force,
-           double mass, double arm_i, double arm_j, ForceData& i_forces, ForceData& j_forces) {
+  [[gnu::always_inline]] void act(const SurfacesCloseData& s, const double* n, const double* slip,
+                                  double normal_force, double mass, double arm_i, double arm_j,
+                                  ForceData& i_forces, ForceData& j_forces) {
     if (s.contact_flags) *s.contact_flags |= CONTACT_TANGENTIAL_MODEL;
     double* memory = s.contact_history + force_;
     double& step = s.contact_history[step_];
@@ -95,8 +96,8 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
 
     double f[3] = {0, 0, 0};
     if (s.computeflag && s.shearupdate) {
-      step_force(s, slip, normal_force, mass, f);
-      std::copy_n(f, 3, memory);
+      const double damping = force_per_slip(s, slip, normal_force, mass);
+      for (int d = 0; d < 3; ++d) memory[d] = f[d] = -damping * slip[d];
       step = now;
     } else if (step == now && now > 0) {
       std::copy_n(memory, 3, f);  // the step was made: what was applied
@@ -109,36 +110,44 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     for (int d = 0; d < 3; ++d) {
       i_forces.delta_F[d] += f[d];
       i_forces.delta_torque[d] -= arm_i * torque[d];
-      if (s.is_wall) continue;
+    }
+    if (s.is_wall) return;
+    for (int d = 0; d < 3; ++d) {
       j_forces.delta_F[d] -= f[d];
       j_forces.delta_torque[d] -= arm_j * torque[d];
     }
   }
 
-  void step_force(const SurfacesCloseData& s, const double* slip, double normal_force, double mass,
-                  double* f) const {
-    const double speed = std::sqrt(slip[0] * slip[0] + slip[1] * slip[1] + slip[2] * slip[2]);
-    if (speed == 0 || normal_force == 0 || mass == 0) return;
+  /// -F_t/g_t of this step [kg/s].
+  [[gnu::always_inline]] double force_per_slip(const SurfacesCloseData& s, const double* slip,
+                                               double normal_force, double mass) {
+    if (mass == 0) return 0;  // neither can move
     const double felt = bedload::contact::tangential_mass(mass);
-    const double friction = friction_(s.itype, s.jtype);
-    const double dt = update->dt;
-    const double force = damping_setting_ > 0
-                             ? bedload::contact::haff_werner_step_force(
-                                   damping_setting_, speed, friction, normal_force, felt, dt)
-                             : bedload::contact::haff_werner_relaxing_force(
-                                   relaxation(dt), speed, friction, normal_force, felt, dt);
-    const double scale = -force / speed;
-    for (int d = 0; d < 3; ++d) f[d] = scale * slip[d];
+    const double damping = damping_setting_ > 0 ? bedload::contact::haff_werner_step_damping(
+                                                      damping_setting_, felt, update->dt)
+                                                : felt * relaxing_damping_of_unit_mass();
+    return bedload::contact::haff_werner_force_per_slip(
+        damping, slip[0] * slip[0] + slip[1] * slip[1] + slip[2] * slip[2],
+        friction_(s.itype, s.jtype) * normal_force);
   }
 
   /// Default of d_t as a time: slip dies away within a fluid step, and not faster than in four DEM
-  /// steps, which is stable for a sphere that touches twelve others.
-  double relaxation(double dt) const {
-    return std::max(fluid_step_.known() ? fluid_step_.get() : 0.0, 4 * dt);
+  /// steps, which is stable for a sphere that touches twelve others. Kept until a step changes.
+  double relaxing_damping_of_unit_mass() {
+    const double dt = update->dt;
+    const double fluid_step = fluid_step_.known() ? fluid_step_.get() : 0.0;
+    if (dt != kept_for_dt_ || fluid_step != kept_for_fluid_step_) {
+      kept_for_dt_ = dt;
+      kept_for_fluid_step_ = fluid_step;
+      kept_damping_ =
+          bedload::contact::haff_werner_relaxing_damping(std::max(fluid_step, 4 * dt), 1.0, dt);
+    }
+    return kept_damping_;
   }
 
   int force_ = 0, step_ = 0;
   double damping_setting_ = 0;
+  double kept_for_dt_ = 0, kept_for_fluid_step_ = 0, kept_damping_ = 0;
   bedload::PairTable friction_;
   bedload::FluidValue fluid_step_;
   bedload::Mobility mobility_;

@@ -55,9 +55,11 @@ inline double elastic_energy(double stiffness, double overlap) {
   return 0.4 * stiffness * overlap * overlap * std::sqrt(overlap);
 }
 
-/// Force of a step [N], and whether the contact ends with it.
+/// Force of a step [N], secant stiffness of the spring k δ^{1/2} [N/m], and whether the contact
+/// ends with this step.
 struct ActmStep {
   double force;
+  double secant_stiffness;
   bool last;
 };
 
@@ -78,19 +80,20 @@ struct ActmStep {
 /// rounding of W leaves a trace of overlap at the next step
 inline ActmStep actm_step(const ActmCoefficients& c, double overlap, double approach, double mass,
                           double dt, bool first_step) {
-  const double spring = c.stiffness * overlap * std::sqrt(overlap);
+  const double secant = c.stiffness * std::sqrt(overlap);
+  const double spring = secant * overlap;
   const double kick = dt / mass;
   const auto force = [&](double part) {
     return (spring + part * c.damping * approach) / (1 + 0.5 * part * c.damping * kick);
   };
   if (first_step) {
     const double travel = approach * dt;
-    return {force(0.5 + (overlap < travel ? overlap / travel : 1.0)), false};
+    return {force(0.5 + (overlap < travel ? overlap / travel : 1.0)), secant, false};
   }
   const double whole = force(1.0);
   const double departure = -(approach - whole * kick) * dt;  // way apart in the coming step
-  if (overlap < departure) return {force(0.5 + overlap / departure), true};
-  return {whole, false};
+  if (overlap < departure) return {force(0.5 + overlap / departure), secant, true};
+  return {whole, secant, false};
 }
 
 }  // namespace bedload::contact

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <algorithm>
+#include <cmath>
 
 /// Tangential force of Haff and Werner.
 ///
@@ -12,35 +12,34 @@
 /// Symbols: d_t tangential damping [kg/s]; μ friction coefficient [-]; F_n normal force [N];
 /// M_t [kg] the mass that a tangential force at the contact point feels,
 ///     1/M_t = 1/m + R_p²/I_p + R_q²/I_q,   R²/I = 5/(2 m_p) for a sphere.
-/// Valid range: any Δt, see haff_werner_step_force.
+/// Valid range: any Δt, see haff_werner_step_damping.
 namespace bedload::contact {
 
 /// M_t [kg] of two spheres: 1/M_t = 7/2 (1/m_p + 1/m_q) = 7/(2 m).
 /// @param effective_mass m [kg]; that of the other where one partner cannot move
 inline double tangential_mass(double effective_mass) { return 2.0 / 7.0 * effective_mass; }
 
-/// |F_t| [N] from the formula.
-inline double haff_werner_force(double damping, double slip_speed, double friction, double normal) {
-  return std::min(damping * slip_speed, friction * normal);
-}
-
-/// |F_t| of one step of length Δt that starts with the slip speed |g_t|⁻. The damping acts on the
-/// slip speed at the end of the kick, |g_t|⁺ = |g_t|⁻ - F_t Δt/M_t:
-///     F_t = min(d_t |g_t|⁻ / (1 + d_t Δt/M_t), μ |F_n|)
-/// so that friction stops the slip but never turns it, whatever Δt; d_t Δt/M_t << 1 gives the
-/// formula back.
+/// Damping [kg/s] that acts on the slip velocity at the start of a step of length Δt such that the
+/// law's damping acts on the one at its end, g_t⁺ = g_t⁻ - F_t Δt/M_t:
+///     d_t |g_t|⁺ = d_t / (1 + d_t Δt/M_t) |g_t|⁻.
+/// Friction then stops the slip but never turns it, whatever Δt; d_t Δt/M_t << 1 gives d_t back.
 /// @param mass M_t [kg]
-inline double haff_werner_step_force(double damping, double slip_speed, double friction,
-                                     double normal, double mass, double dt) {
-  return haff_werner_force(damping / (1 + damping * dt / mass), slip_speed, friction, normal);
+inline double haff_werner_step_damping(double damping, double mass, double dt) {
+  return damping / (1 + damping * dt / mass);
 }
 
 /// The same for a damping that is given as the time T in which slip dies away, d_t = M_t/T:
-///     F_t = min(M_t |g_t|⁻ / (T + Δt), μ |F_n|).
+///     M_t / (T + Δt).
 /// @param mass M_t [kg]
-inline double haff_werner_relaxing_force(double relaxation, double slip_speed, double friction,
-                                         double normal, double mass, double dt) {
-  return haff_werner_force(mass / (relaxation + dt), slip_speed, friction, normal);
+inline double haff_werner_relaxing_damping(double relaxation, double mass, double dt) {
+  return mass / (relaxation + dt);
+}
+
+/// |F_t|/|g_t| = min(d_t, μ |F_n| / |g_t|) [kg/s]. The usual case, no sliding, needs no root.
+/// @param slip_squared |g_t|² [m²/s²]  @param cap μ |F_n| [N]
+inline double haff_werner_force_per_slip(double damping, double slip_squared, double cap) {
+  if (damping * damping * slip_squared <= cap * cap) return damping;
+  return cap / std::sqrt(slip_squared);
 }
 
 }  // namespace bedload::contact

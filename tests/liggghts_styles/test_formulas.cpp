@@ -110,20 +110,25 @@ TEST(Rpm, FormulaAndStrength) {
 }
 
 TEST(HaffWerner, CapsAndStops) {
-  EXPECT_DOUBLE_EQ(haff_werner_force(2, 3, 0.15, 10), 1.5);
-  EXPECT_DOUBLE_EQ(haff_werner_force(2, 0.3, 0.15, 10), 0.6);
+  // min(d |g|, μ |F_n|) at |g| = 3 and 0.3, as force over slip.
+  EXPECT_DOUBLE_EQ(3 * haff_werner_force_per_slip(2, 9, 1.5), 1.5);
+  EXPECT_DOUBLE_EQ(0.3 * haff_werner_force_per_slip(2, 0.09, 1.5), 0.6);
+  EXPECT_EQ(haff_werner_force_per_slip(2, 0, 0), 2);  // at rest: no division by 0
+  EXPECT_EQ(haff_werner_force_per_slip(2, 1, 0), 0);  // no normal force, no friction
   // M_t of a sphere on a wall: 1/M_t = 1/m + R²/I with I = 2/5 m R².
   EXPECT_DOUBLE_EQ(1 / tangential_mass(3.0), (1 + 2.5) / 3.0);
   const double mass = 2.0 / 7;
   for (const double dt : {1e-6, 1e-2, 1e3}) {
-    const double f = haff_werner_step_force(40, 0.2, 1e9, 1, mass, dt);
-    EXPECT_GE(0.2 - f * dt / mass, 0);
+    const double d = haff_werner_step_damping(40, mass, dt);
+    // The slip at the end of the step is damped by 40: d g⁻ = 40 g⁺, and never turned.
+    const double after = 1 - d * dt / mass;
+    EXPECT_GE(after, 0);
+    EXPECT_NEAR(40 * after / d, 1, 1e-9);
     if (dt == 1e-6) {
-      EXPECT_NEAR(f / (40 * 0.2), 1, 2e-4);
+      EXPECT_NEAR(d / 40, 1, 2e-4);
     }
     // A damping and its relaxation time are the same thing.
-    EXPECT_NEAR(haff_werner_relaxing_force(mass / 40, 0.2, 1e9, 1, mass, dt) / f, 1, 1e-12);
-    EXPECT_DOUBLE_EQ(haff_werner_relaxing_force(1e-9, 0.2, 0.1, 3, mass, 1e-9), 0.3);
+    EXPECT_NEAR(haff_werner_relaxing_damping(mass / 40, mass, dt) / d, 1, 1e-12);
   }
 }
 
