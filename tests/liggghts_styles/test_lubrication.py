@@ -167,3 +167,58 @@ def test_no_film_in_contact_nor_out_of_range(tmp_path):
     assert early.v[2, 0] == 0.01 and early.v[3, 0] == 0
     dry = Scene([near, touching], contact=CONTACT, restitution=0.9).run(tmp_path / "dry", 100)
     assert early.v[:2] == pytest.approx(dry.v, rel=1e-14)
+
+
+@pytest.mark.parametrize("mu", [30.0, 1e3])
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_several_stiff_films_on_one_sphere(tmp_path, mu, ranks):
+    """A sphere in the pocket of three held ones, with two free spheres stacked on it, pushed down
+    by a force on the topmost: all films bear at once, c Δt/m of 30 and 900. The velocities are those
+    of the whole linear system C v = F (inertia is gone). Films solved one by one, each against the
+    whole push, let the sphere sink three times too fast."""
+    gap = 1e-4
+    radius = 1.1 * D / np.sqrt(3)
+    height = np.sqrt((D + gap) ** 2 - radius**2)
+    angles = 2 * np.pi * np.arange(3) / 3 + 0.2
+    held = [Sphere((radius * np.cos(a), 0.0, radius * np.sin(a)), diameter=D) for a in angles]
+    stack = [Sphere((0.0, height + n * (D + gap), 0.0), diameter=D) for n in range(3)]
+    # Pushed down and aside, so that the three films of the pocket differ.
+    push = np.array([2e-5, -1e-3, 1e-5])
+    scene = Scene(
+        [*held, *stack],
+        box=((-0.02, 0.02), (-0.02, 0.05), (-0.02, 0.02)),
+        substeps=1,
+        contact=CONTACT,
+        skin=3e-3,
+        lines=[
+            f"fix film all lubrication viscosity {mu} range {RANGE}",
+            "group bed id 1:3",
+            "group free id 4:6",
+            "group top id 6",
+            "fix hold bed freeze",
+            f"fix push top addforce {push[0]} {push[1]} {push[2]}",
+        ],
+        integrate="fix integrate free nve/sphere",
+    )
+    end = scene.run(tmp_path, 8, ranks)
+    matrix, force = np.zeros((9, 9)), np.zeros(9)
+    for i in range(3):
+        for j in range(6):
+            if j < 3 + i:
+                n = end.x[3 + i] - end.x[j]
+                apart = np.linalg.norm(n)
+                if apart - D > RANGE:
+                    continue
+                n /= apart
+                c = 6 * np.pi * mu * (D / 4) ** 2 / max(apart - D, 3e-3 * D / 2)
+                block = c * np.outer(n, n)
+                matrix[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] += block
+                if j >= 3:
+                    k = j - 3
+                    matrix[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] += block
+                    matrix[3 * i : 3 * i + 3, 3 * k : 3 * k + 3] -= block
+                    matrix[3 * k : 3 * k + 3, 3 * i : 3 * i + 3] -= block
+    force[6:] = push
+    # Along the stack (its films say nothing about the rest): how fast the three sink.
+    films = np.linalg.lstsq(matrix, force, rcond=1e-10)[0].reshape(3, 3)
+    assert end.v[3:, 1] == pytest.approx(films[:, 1], rel=0.03)
