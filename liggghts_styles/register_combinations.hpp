@@ -21,7 +21,8 @@ inline constexpr double no_limit = 1e300;
 inline constexpr NumberKeyword model_keywords[] = {
     {"collisionSteps", 0, false, no_limit}, {"criticalStokes", 0, true, no_limit},
     {"restingOverlap", 0, false, 1},        {"range", 0, false, no_limit},
-    {"strength", 0, false, no_limit},       {"tangentialDamping", 0, false, no_limit}};
+    {"strength", 0, false, no_limit},       {"tangentialDamping", 0, false, no_limit},
+    {"stickAfter", 0, true, no_limit}};
 
 /// LIGGGHTS' machinery around a contact model (Granular for pairs or for walls), with checked
 /// numbers.

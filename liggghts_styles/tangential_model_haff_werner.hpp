@@ -17,7 +17,9 @@ inline constexpr int BEDLOAD_HAFF_WERNER = 20;
 /// doc/tangential_haff_werner.md. Acts wherever the normal model does, also before touch (rpm).
 ///
 /// The contact history holds the force of the last step (hw_fx, hw_fy, hw_fz on sphere i) and the
-/// number of that step. The law has no memory; this is for a run that is split or restarted.
+/// number of that step. The law has no memory; this is for a run that is split or restarted. With
+/// the keyword stickAfter also the step at which the contact began (hw_since) and the spring of an
+/// enduring contact (hw_sx, hw_sy, hw_sz [m]).
 template <>
 class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
  public:
@@ -31,14 +33,23 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
 
   void registerSettings(Settings& settings) override {
     settings.registerDoubleSetting("tangentialDamping", damping_setting_, 0.0);
+    settings.registerDoubleSetting("stickAfter", stick_after_, 0.0);
   }
 
-  void postSettings(IContactHistorySetup*, ContactModelBase*) override {}
+  void postSettings(IContactHistorySetup* hsetup, ContactModelBase*) override {
+    if (stick_after_ == 0) return;
+    since_ = hsetup->add_history_value("hw_since", "0");
+    hsetup->add_history_value("hw_sx", "1");
+    hsetup->add_history_value("hw_sy", "1");
+    hsetup->add_history_value("hw_sz", "1");
+  }
 
   void connectToProperties(PropertyRegistry&) override {
     friction_ = bedload::read_pair_property(lmp, "tangential model haff_werner",
                                             "coefficientFriction", 0.0, 1e3);
-    fluid_step_ = bedload::FluidValue::find(lmp, "dt_fluid", "fluidTimeStep");
+    fluid_step_ = stick_after_ > 0 ? bedload::require_fluid_time_step(
+                                         lmp, "tangential model haff_werner stickAfter")
+                                   : bedload::FluidValue::find(lmp, "dt_fluid", "fluidTimeStep");
     mobility_ = bedload::Mobility(lmp);
   }
 
@@ -49,7 +60,8 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
                          ForceData& j_forces) override {
     const double slip[3] = {s.vtr1, s.vtr2, s.vtr3};
     const double mass = mobility_.all_free() ? s.meff : effective_mass(s);
-    act(s, s.en, slip, std::abs(s.Fn), mass, s.cri, s.is_wall ? 0.0 : s.crj, i_forces, j_forces);
+    act(s, s.en, slip, std::abs(s.Fn), s.kt, mass, s.cri, s.is_wall ? 0.0 : s.crj, i_forces,
+        j_forces);
   }
 
   void surfacesClose(SurfacesCloseData& s, ForceData& i_forces, ForceData& j_forces) override {
@@ -75,7 +87,7 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     const double slip[3] = {v[0] - vn * n[0] + n[1] * w[2] - n[2] * w[1],
                             v[1] - vn * n[1] + n[2] * w[0] - n[0] * w[2],
                             v[2] - vn * n[2] + n[0] * w[1] - n[1] * w[0]};
-    act(s, n, slip, normal_force, effective_mass(s), arm_i, arm_j, i_forces, j_forces);
+    act(s, n, slip, normal_force, 0.0, effective_mass(s), arm_i, arm_j, i_forces, j_forces);
   }
 
  private:
@@ -87,8 +99,8 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
   }
 
   [[gnu::always_inline]] void act(const SurfacesCloseData& s, const double* n, const double* slip,
-                                  double normal_force, double mass, double arm_i, double arm_j,
-                                  ForceData& i_forces, ForceData& j_forces) {
+                                  double normal_force, double stiffness, double mass, double arm_i,
+                                  double arm_j, ForceData& i_forces, ForceData& j_forces) {
     if (s.contact_flags) *s.contact_flags |= CONTACT_TANGENTIAL_MODEL;
     double* memory = s.contact_history + force_;
     double& step = s.contact_history[step_];
@@ -97,7 +109,9 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     double f[3] = {0, 0, 0};
     if (s.computeflag && s.shearupdate) {
       const double damping = force_per_slip(s, slip, normal_force, mass);
-      for (int d = 0; d < 3; ++d) memory[d] = f[d] = -damping * slip[d];
+      for (int d = 0; d < 3; ++d) f[d] = -damping * slip[d];
+      if (stick_after_ > 0) stick(s, n, slip, stiffness, normal_force, f);
+      std::copy_n(f, 3, memory);
       step = now;
     } else if (step == now && now > 0) {
       std::copy_n(memory, 3, f);  // the step was made: what was applied
@@ -115,6 +129,34 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     for (int d = 0; d < 3; ++d) {
       j_forces.delta_F[d] -= f[d];
       j_forces.delta_torque[d] -= arm_j * torque[d];
+    }
+  }
+
+  /// Keyword stickAfter: age of the contact, and once it endures a spring beside the damping that
+  /// already is in f. Without a stiffness (rpm before touch) there is none.
+  void stick(const SurfacesCloseData& s, const double* n, const double* slip, double stiffness,
+             double normal_force, double* f) const {
+    double& since = s.contact_history[since_];
+    double* spring = s.contact_history + since_ + 1;
+    const auto now = static_cast<double>(update->ntimestep);
+    if (s.contact_history[step_] != now - 1) {  // a new contact
+      since = now;
+      std::fill_n(spring, 3, 0.0);
+    }
+    const double dt = update->dt;
+    if (stiffness == 0 || (now - since) * dt < stick_after_ * fluid_step_.get()) return;
+    for (int d = 0; d < 3; ++d) spring[d] += slip[d] * dt;
+    const double along = spring[0] * n[0] + spring[1] * n[1] + spring[2] * n[2];
+    for (int d = 0; d < 3; ++d) {
+      spring[d] -= along * n[d];  // the plane of contact has turned
+      f[d] -= stiffness * spring[d];
+    }
+    const double cut = bedload::contact::coulomb_cut(f[0] * f[0] + f[1] * f[1] + f[2] * f[2],
+                                                     friction_(s.itype, s.jtype) * normal_force);
+    if (cut == 1) return;
+    for (int d = 0; d < 3; ++d) {
+      f[d] *= cut;
+      spring[d] = -f[d] / stiffness;
     }
   }
 
@@ -146,7 +188,8 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
   }
 
   int force_ = 0, step_ = 0;
-  double damping_setting_ = 0;
+  int since_ = 0;
+  double damping_setting_ = 0, stick_after_ = 0;
   double kept_for_dt_ = 0, kept_for_fluid_step_ = 0, kept_damping_ = 0;
   bedload::PairTable friction_;
   bedload::FluidValue fluid_step_;

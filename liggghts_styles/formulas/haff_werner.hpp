@@ -42,4 +42,13 @@ inline double haff_werner_force_per_slip(double damping, double slip_squared, do
   return cap / std::sqrt(slip_squared);
 }
 
+/// Where a contact that endures shall bear a load at rest (not in the paper, off by default): a
+/// spring beside the damping, after Cundall and Strack, Géotechnique 29 (1979),
+///     F_t = -(k_t s + d_t g_t), |F_t| <= μ |F_n|,   s = ∫ g_t dt, no longer than μ |F_n| / k_t.
+/// @return factor <= 1 by which the trial force -(k_t s + d_t g_t) is cut
+/// @param trial_squared its square [N²]  @param cap μ |F_n| [N]
+inline double coulomb_cut(double trial_squared, double cap) {
+  return trial_squared <= cap * cap ? 1.0 : cap / std::sqrt(trial_squared);
+}
+
 }  // namespace bedload::contact

@@ -114,12 +114,12 @@ class Scene:
         body = [f"run {steps}"] if isinstance(steps, int) else list(steps)
         return [*self.head(), "thermo 1000000", *body, *dump_now("end.dump")]
 
-    def run(self, folder, steps, ranks=1):
+    def run(self, folder, steps, ranks=1, timeout=600):
         """Runs in `folder`; returns the end state (see read_dump)."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "spheres.data").write_text(self.data_file())
-        run_script(folder, self.script(steps), ranks)
+        run_script(folder, self.script(steps), ranks, timeout)
         return read_dump(folder / "end.dump")
 
 
@@ -134,7 +134,7 @@ def dump_now(name, columns=COLUMNS):
     ]
 
 
-def launch(folder, lines, ranks=1):
+def launch(folder, lines, ranks=1, timeout=600):
     """Runs a script and returns the finished process, whatever its exit code."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -149,14 +149,14 @@ def launch(folder, lines, ranks=1):
         capture_output=True,
         text=True,
         errors="replace",
-        timeout=600,
+        timeout=timeout,
         check=False,
     )
 
 
-def run_script(folder, lines, ranks=1):
+def run_script(folder, lines, ranks=1, timeout=600):
     """Runs a script that has to succeed; returns what it printed."""
-    done = launch(folder, lines, ranks)
+    done = launch(folder, lines, ranks, timeout)
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     return done.stdout
 

@@ -151,6 +151,56 @@ def test_restart_of_single_contacts_is_bit_for_bit(tmp_path):
         assert np.array_equal(getattr(whole, name), getattr(straight, name)), name
 
 
+def floor_mesh(side, pieces):
+    """A flat floor at y = 0 of pieces x pieces squares of two triangles each, as STL text."""
+    edge = np.linspace(-0.02, side + 0.02, pieces + 1)
+    facets = []
+    for a, b in zip(edge, edge[1:]):
+        for c, d in zip(edge, edge[1:]):
+            for corners in ([(a, c), (b, d), (b, c)], [(a, c), (a, d), (b, d)]):
+                vertices = "".join(f"vertex {p!r} 0 {q!r}\n" for p, q in corners)
+                facets.append(f"facet normal 0 1 0\nouter loop\n{vertices}endloop\nendfacet\n")
+    return "solid floor\n" + "".join(facets) + "endsolid floor\n"
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("tangential", ["haff_werner", "history", "haff_werner stick"])
+def test_restart_in_mid_contact_on_a_mesh(tmp_path, tangential, ranks):
+    """Twelve spheres in contact with a mesh wall of 32 triangles (inside of them, as pairs of spheres
+    too), written down in mid-contact: the restarted run ends with the numbers of the run without
+    a restart, to round-off. A contact whose history is lost is calibrated anew at the speed it has
+    then, and rebounds 10 % and more off."""
+    settings = "stickAfter 1" if "stick" in tangential else ""
+    contact = f"model actm tangential {tangential.split()[0]}"
+    rng = np.random.default_rng(8)
+    side = 0.06
+    spheres = []
+    for n in range(12):
+        place = np.array([0.011 + 0.0125 * (n % 4), D / 2 + 1e-5, 0.011 + 0.0125 * (n // 4)])
+        velocity = (0.03 * rng.normal(), -0.1, 0.03 * rng.normal())
+        spheres.append(Sphere(tuple(place), velocity, tuple(rng.normal(size=3)), diameter=D))
+    scene = Scene(
+        spheres,
+        box=((-0.03, 0.09), (-0.01, 0.05), (-0.03, 0.09)),
+        restitution=0.7,
+        contact=contact,
+        settings=settings,
+        lines=[
+            "fix cad all mesh/surface file floor.stl type 1",
+            f"fix floor all wall/gran {contact} mesh n_meshes 1 meshes cad {settings}",
+            "fix table all collision/table file table.csv",
+        ],
+    )
+    tmp_path.mkdir(exist_ok=True)
+    (tmp_path / "floor.stl").write_text(floor_mesh(side, 4))
+    whole = scene.run(tmp_path, ["run 60", "write_restart state.bin", "run 200"], ranks)
+    assert np.all(whole.v[:, 1] > 0.04)  # all have rebounded, in contact at step 60
+    head = scene.head()
+    head[head.index("read_data spheres.data")] = "read_restart state.bin"
+    run_script(tmp_path, [*head[1:], "run 200", *dump_now("again.dump")], ranks)
+    assert difference(whole, read_dump(tmp_path / "again.dump")) < 1e-11
+
+
 def test_clear(tmp_path):
     """After `clear` the styles are there again and the same run gives the same numbers."""
     scene = rain("actm")

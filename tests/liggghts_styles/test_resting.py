@@ -113,6 +113,48 @@ def heap(restitution, tangential="history", layers=8, width=8, settings=""):
     )
 
 
+@pytest.mark.parametrize("stick", [False, True])
+def test_stick_on_a_slope(tmp_path, stick):
+    """Spheres that cannot roll (integrated without spin) on slopes of half and of twice the friction
+    coefficient. Haff and Werner's law has no static part: on the gentle slope the sphere creeps at
+    g sin θ m/d_t, d_t = 2/7 m/Δt_fluid. With stickAfter it stands. On the steep one both slide with
+    g (sin θ - μ cos θ): memory changes nothing where friction slides."""
+    mu, step = 0.3, 2e-4
+    settings = "stickAfter 20" if stick else ""
+    contact = "model actm tangential haff_werner"
+    slopes = [0.5 * mu, 2 * mu]
+    end = []
+    for n, slope in enumerate(slopes):
+        scene = Scene(
+            [Sphere((0.0, D / 2 - 1e-7, 0.0), (0, -1e-4, 0), diameter=D)],
+            box=((-0.1, 0.5), (-0.02, 0.05), (-0.1, 0.1)),
+            restitution=0.5,
+            friction=mu,
+            fluid_step=step,
+            contact=contact,
+            settings=settings,
+            lines=[
+                f"fix floor all wall/gran {contact} primitive type 1 yplane 0.0 {settings}",
+                f"fix weight all gravity {G} vector {slope!r} -1 0",
+            ],
+            integrate="fix integrate all nve",
+        )
+        lines = ["run 10000", *dump_now("early.dump"), "run 10000"]
+        last = scene.run(tmp_path / str(n), lines)
+        end.append((read_dump(tmp_path / str(n) / "early.dump"), last, 10000 * scene.dt))
+    (early, last, _), (steep_early, steep, time) = end
+    # The damping acts at the end of the step, before the weight's part of it: Δt_fluid + Δt.
+    creep = G * np.sin(np.arctan(slopes[0])) * 3.5 * (step + scene.dt)
+    if stick:
+        assert np.abs(last.v[0, 0]) < 1e-6 * creep
+        assert last.x[0, 0] - early.x[0, 0] < 1e-7 * D
+    else:
+        assert last.v[0, 0] == pytest.approx(creep, rel=0.01)
+    angle = np.arctan(slopes[1])
+    sliding = G * (np.sin(angle) - mu * np.cos(angle))
+    assert (steep.v[0, 0] - steep_early.v[0, 0]) / time == pytest.approx(sliding, rel=1e-3)
+
+
 def overlaps(x):
     """Overlaps of all touching pairs [m]."""
     apart = np.linalg.norm(x[:, None] - x[None], axis=2)[np.triu_indices(len(x), 1)]
