@@ -97,7 +97,7 @@ void RunOutput<Real>::after_step() {
   simulation_.timing().measure(phase_, [&] {
     const Channel<Real>& channel = simulation_.channel();
     worst_residual_ = std::max(worst_residual_, simulation_.momentum_residual());
-    boundary_.loops_sum += channel.forcing().loops;
+    boundary_.loops_sum += channel.forcing_loops();
     ++boundary_.steps;
     if (channel.step() % settings_.output.history_every == 0) write_history();
     if (spheres_due_.due(channel.time(), channel.time_step())) write_spheres();
@@ -228,7 +228,7 @@ HistoryRow RunOutput<Real>::history_row() const {
           .max_divergence = channel.max_divergence(),
           .slip_max = slip.max,
           .slip_rms = slip.rms,
-          .forcing_loops = channel.forcing().loops,
+          .forcing_loops = channel.forcing_loops(),
           .mobile_spheres = simulation_.mobile_count(),
           .momentum_residual = worst_residual_};
 }

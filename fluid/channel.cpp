@@ -193,9 +193,9 @@ template <class Real>
 std::vector<SphereLoad> Channel<Real>::force_spheres(int stage) {
   if (!boundary_) return {};
   fill_ghosts();
-  forcing_ = boundary_->force(velocity_, stage_step(stage));
+  boundary_->force(velocity_, stage_step(stage));
   if (slabs_.at_upper_wall()) close_wall_face(slabs_.planes() - 1);
-  budget_.given += stage_step(stage) * forcing_.force_on_fluid[0] /
+  budget_.walls += stage_step(stage) * boundary_->force_on_fluid()[0] /
                    (settings_.fluid.density * grid_.cell_volume());
   return boundary_->loads(stage_step(stage));
 }

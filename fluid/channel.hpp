@@ -77,8 +77,10 @@ class Channel {
   const ImmersedBoundary<Real>* immersed_boundary() const { return boundary_.get(); }
   /// Time that the stages have taken so far, by phase.
   const PhaseClock& clock() const { return clock_; }
-  /// What the forcing of the last stage did.
-  const ForcingReport& forcing() const { return forcing_; }
+  /// Loops of the last stage's forcing, and what it did.
+  int forcing_loops() const { return boundary_ ? boundary_->loops() : 0; }
+  /// Collective.
+  ForcingReport forcing() const { return boundary_ ? boundary_->report() : ForcingReport{}; }
 
   double time() const { return time_; }
   std::int64_t step() const { return step_; }
@@ -114,8 +116,8 @@ class Channel {
   /// What one stage adds to the streamwise sum of the velocity, in that sum's unit [L/T].
   struct MomentumBudget {
     double begin = 0.0;       ///< sum at the begin of the step, all ranks
-    double given = 0.0;       ///< by driving and spheres, all ranks
-    double walls = 0.0;       ///< by wall stress and fringe, this rank's share
+    double given = 0.0;       ///< by driving, all ranks
+    double walls = 0.0;       ///< by wall stress, fringe and spheres, this rank's share
     double walls_last = 0.0;  ///< wall term of the tendency of the stage before, this rank's share
   };
 
@@ -160,7 +162,6 @@ class Channel {
   Fringe<Real> fringe_;
   std::vector<Real> zeros_;
   std::unique_ptr<ImmersedBoundary<Real>> boundary_;
-  ForcingReport forcing_;
   PhaseClock clock_;
 
   double dt_, dt_made_, time_ = 0.0;

@@ -545,8 +545,7 @@ Slip ImmersedBoundary<Real>::slip(const Field<Real>& velocity) const {
 }
 
 template <class Real>
-ForcingReport ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step,
-                                            bool measure) {
+void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, bool measure) {
   assert(mobile_.empty() || stage_started_);
   stage_started_ = false;
   for (Lists* lists : {&fixed_lists_, &mobile_lists_})
@@ -572,15 +571,14 @@ ForcingReport ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_
     after = find_changes(velocity);
     if (loops == most_loops_ || within_tolerance(after.max)) break;
   }
-  ForcingReport report = sum_given(before, after, stage_step);
-  report.loops = loops;
+  given_ = {.loops = loops, .before = before, .after = after};
+  sum_given(stage_step);
   end_loop(loops == 1 ? seconds_.first_loops : seconds_.extra_loops);
 
   for (std::size_t n = 0; n < mobile_.size(); ++n)
     for (const std::size_t c : components)
       mobile_[n].share.after[c] = interior_.sums(3 * n + c, velocity);
   end_loop(seconds_.interior);
-  return report;
 }
 
 template <class Real>
@@ -590,19 +588,17 @@ bool ImmersedBoundary<Real>::within_tolerance(double local_max) const {
   return local_max <= tolerance_;
 }
 
-/// Sums what the markers gave, per mobile sphere and in all, and the slip over the ranks.
+/// Sums what this rank's markers gave, per mobile sphere and in all.
 template <class Real>
-ForcingReport ImmersedBoundary<Real>::sum_given(const SlipSums& before, const SlipSums& after,
-                                                double stage_step) {
+void ImmersedBoundary<Real>::sum_given(double stage_step) {
   for (Mobile& sphere : mobile_) sphere.share.given = sphere.share.given_moment = {};
-  std::array<double, 9> total{};  // given by all, given by fixed spheres, slip
+  const double to_force = density_ * grid_.cell_volume() / stage_step;
   for (int c = 0; c < 3; ++c) {
     const auto component = static_cast<std::size_t>(c);
     const int a = (c + 1) % 3, b = (c + 2) % 3;
     const auto moment_about = [](int d) { return static_cast<std::size_t>(d); };
-    for (const Real given : fixed_lists_[component].given)
-      total[component + 3] += static_cast<double>(given);
-    total[component] += total[component + 3];
+    double by_fixed = 0.0, by_mobile = 0.0;
+    for (const Real given : fixed_lists_[component].given) by_fixed += static_cast<double>(given);
     const MarkerList<Real>& list = mobile_lists_[component];
     for (const auto& range : list.ranges) {
       Share& share = mobile_[static_cast<std::size_t>(range.sphere)].share;
@@ -619,21 +615,33 @@ ForcingReport ImmersedBoundary<Real>::sum_given(const SlipSums& before, const Sl
       share.given[component] += sum;
       share.given_moment[moment_about(a)] += moment_a;
       share.given_moment[moment_about(b)] += moment_b;
-      total[component] += sum;
+      by_mobile += sum;
     }
+    given_.by_fixed[c] = to_force * by_fixed;
+    given_.by_mobile[c] = to_force * by_mobile;
   }
-  total[6] = before.squares;
-  total[7] = after.squares;
-  total[8] = before.markers;
-  std::array<double, 2> largest{before.max, after.max};
+}
+
+template <class Real>
+ForcingReport ImmersedBoundary<Real>::report() const {
+  const Vec3 all = given_.by_mobile + given_.by_fixed, &fixed = given_.by_fixed;
+  std::array<double, 9> total{all[0],
+                              all[1],
+                              all[2],
+                              fixed[0],
+                              fixed[1],
+                              fixed[2],
+                              given_.before.squares,
+                              given_.after.squares,
+                              given_.before.markers};
+  std::array<double, 2> largest{given_.before.max, given_.after.max};
   MPI_Allreduce(MPI_IN_PLACE, total.data(), 9, MPI_DOUBLE, MPI_SUM, slabs_.comm());
   MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, slabs_.comm());
-  const double to_force = density_ * grid_.cell_volume() / stage_step;
-  return {.loops = 0,
+  return {.loops = given_.loops,
           .before = {.max = largest[0], .rms = root_mean(total[6], total[8])},
           .after = {.max = largest[1], .rms = root_mean(total[7], total[8])},
-          .force_on_fluid = to_force * Vec3(total[0], total[1], total[2]),
-          .force_of_fixed = to_force * Vec3(total[3], total[4], total[5])};
+          .force_on_fluid = Vec3(total[0], total[1], total[2]),
+          .force_of_fixed = Vec3(total[3], total[4], total[5])};
 }
 
 template <class Real>

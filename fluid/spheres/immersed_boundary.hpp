@@ -28,7 +28,7 @@ struct Slip {
   double rms = 0.0;  ///< root of the mean over markers of the squared slip vector
 };
 
-/// What one call of force() did; the same on every rank.
+/// What the last call of force() did, over all ranks.
 struct ForcingReport {
   int loops = 0;
   Slip before;  ///< of the predicted velocity, before the first loop
@@ -86,7 +86,17 @@ class ImmersedBoundary {
   /// Adds the forcing of a stage of length `stage_step` [T] to the velocity (three components).
   /// Periodic and rank ghosts are valid on entry and on exit; ghosts beyond walls are neither used
   /// nor changed. With `measure` the slip that is left is measured, at half a loop's cost.
-  ForcingReport force(Field<Real>& velocity, double stage_step, bool measure = false);
+  /// Ranks wait only for neighbours that have spheres in common with them, unless a tolerance is
+  /// set.
+  void force(Field<Real>& velocity, double stage_step, bool measure = false);
+
+  /// Loops of the last forcing; the same on every rank.
+  int loops() const { return given_.loops; }
+  /// Force of this rank's markers on the fluid, mean over the last forcing's stage [M L/T^2]; their
+  /// sum over the ranks is the report's.
+  Vec3 force_on_fluid() const { return given_.by_mobile + given_.by_fixed; }
+  /// Collective.
+  ForcingReport report() const;
 
   /// Slip of any velocity field, for instance the projected one; only reads.
   Slip slip(const Field<Real>& velocity) const;
@@ -112,6 +122,12 @@ class ImmersedBoundary {
   /// A rank's share of a Slip.
   struct SlipSums {
     double max = 0.0, squares = 0.0, markers = 0.0;
+  };
+  /// What force() gave, this rank's share.
+  struct Given {
+    int loops = 0;
+    SlipSums before, after;
+    Vec3 by_mobile = Vec3::Zero(), by_fixed = Vec3::Zero();  ///< force on the fluid [M L/T^2]
   };
   /// Momentum inside a mobile sphere that its motion has not got yet, per fluid density; kept by
   /// the rank that holds its centre.
@@ -153,7 +169,7 @@ class ImmersedBoundary {
   SlipSums local_slip(const Field<Real>& velocity, Use use) const;
   SlipSums find_changes(const Field<Real>& velocity);
   bool within_tolerance(double local_max) const;
-  ForcingReport sum_given(const SlipSums& before, const SlipSums& after, double stage_step);
+  void sum_given(double stage_step);
 
   Grid grid_;
   const Decomposition& slabs_;
@@ -180,6 +196,7 @@ class ImmersedBoundary {
   std::vector<int> indices_;                     ///< 0, 1, 2, ...
   Field<Real> scratch_;  ///< planes up to the highest sphere; zero between calls
   bool stage_started_ = false;
+  Given given_;
   MarkerSeconds seconds_;
 };
 

@@ -76,6 +76,10 @@ struct Flow {
     }
     slabs.exchange(velocity);
   }
+  ForcingReport force(double dt, bool measure = false) {
+    boundary.force(velocity, dt, measure);
+    return boundary.report();
+  }
   /// Loads of the spheres of all ranks.
   std::vector<SphereLoad> loads(double dt) {
     return gather_by_tag<SphereLoad>(slabs.comm(), boundary.loads(dt));
@@ -120,7 +124,7 @@ TEST(Forcing, GivesTheFluidExactlyTheMarkersMomentum) {
   const Vec3 before = flow.sum();
   const double dt = 0.013;
   flow.boundary.start_stage(flow.velocity);
-  const ForcingReport report = flow.boundary.force(flow.velocity, dt);
+  const ForcingReport report = flow.force(dt);
   const Vec3 gained = (flow.sum() - before) * 1.7 * flow.grid.cell_volume() / dt;
   ASSERT_GT(gained.norm(), 1.0) << "a force that vanishes would pass what follows";
   // Sums of some 10^4 numbers of order 1: round-off 1e-12 of the result.
@@ -136,7 +140,7 @@ TEST(Forcing, LoadsAreTheReactionPlusInteriorAndBuoyancy) {
   flow.boundary.set_spheres(all);
   flow.boundary.start_stage(flow.velocity);
   const double dt = 0.02;
-  const ForcingReport report = flow.boundary.force(flow.velocity, dt);
+  const ForcingReport report = flow.force(dt);
   const double volume = 4.0 / 3.0 * std::numbers::pi * 0.064;
   const std::vector<SphereLoad> loads = flow.loads(dt);
   ASSERT_EQ(loads.size(), 1u);
@@ -162,7 +166,7 @@ TEST(Forcing, AFluidThatMovesWithTheSphereFeelsNothing) {
   });
   flow.boundary.set_spheres(all);
   flow.boundary.start_stage(flow.velocity);
-  const ForcingReport report = flow.boundary.force(flow.velocity, 0.01, true);
+  const ForcingReport report = flow.force(0.01, true);
   EXPECT_LT(report.before.max, 1e-12) << "the kernel interpolates linear fields exactly";
   const SphereLoad load = flow.loads(0.01).at(0);
   EXPECT_LT(load.force.norm(), 1e-8);
@@ -274,7 +278,7 @@ TEST(Forcing, OneLoopRemovesAlmostAllOfAnEvenSlip) {
   Flow<double> flow(small_box(), MPI_COMM_WORLD);
   flow.fill([](int c, const Vec3&) { return c == 0 ? 1.0 : 0.0; });
   flow.boundary.set_spheres(std::vector<SphereState>{sphere(1, {1.23, 1.04, 0.81}, false)});
-  const ForcingReport report = flow.boundary.force(flow.velocity, 0.01, true);
+  const ForcingReport report = flow.force(0.01, true);
   EXPECT_NEAR(report.before.max, 1.0, 1e-12);
   EXPECT_NEAR(report.before.rms, 1.0, 1e-12);
   EXPECT_LT(report.after.rms, 0.06);
@@ -291,8 +295,8 @@ TEST(Forcing, LoopsStopAtTheirNumberOrTheTolerance) {
     flow->fill(wavy);
     flow->boundary.set_spheres(std::vector<SphereState>{sphere(1, {1.23, 1.04, 0.81}, false)});
   }
-  EXPECT_EQ(all_loops.boundary.force(all_loops.velocity, 0.01).loops, 12);
-  const ForcingReport report = tolerant.boundary.force(tolerant.velocity, 0.01);
+  EXPECT_EQ(all_loops.force(0.01).loops, 12);
+  const ForcingReport report = tolerant.force(0.01);
   EXPECT_LT(report.loops, 12);
   EXPECT_GT(report.loops, 1);
   EXPECT_LE(report.after.max, 0.05);
@@ -316,7 +320,7 @@ TEST(Forcing, SpheresInContactStayStable) {
   double last = 1e30;
   for (int loop = 0; loop < 20; ++loop) {
     flow.boundary.start_stage(flow.velocity);
-    const ForcingReport report = flow.boundary.force(flow.velocity, 0.01, true);
+    const ForcingReport report = flow.force(0.01, true);
     EXPECT_LT(report.after.rms, last);
     last = report.after.rms;
   }
@@ -338,7 +342,7 @@ void compare_with_one_rank(Settings settings, int z_parts) {
       if (move == 0) flow->boundary.set_spheres(all);
       if (move > 0) flow->boundary.move_spheres(all);
       flow->boundary.start_stage(flow->velocity);
-      reports.push_back(flow->boundary.force(flow->velocity, dt, true));
+      reports.push_back(flow->force(dt, true));
       loads.push_back(flow->loads(dt));
     }
     double worst = 0.0;
@@ -417,8 +421,8 @@ TEST(Forcing, SinglePrecisionAgreesWithDouble) {
   twice.boundary.set_spheres(spheres_everywhere());
   single.boundary.start_stage(single.velocity);
   twice.boundary.start_stage(twice.velocity);
-  const Vec3 a = single.boundary.force(single.velocity, 0.01).force_on_fluid;
-  const Vec3 b = twice.boundary.force(twice.velocity, 0.01).force_on_fluid;
+  const Vec3 a = single.force(0.01).force_on_fluid;
+  const Vec3 b = twice.force(0.01).force_on_fluid;
   EXPECT_LT((a - b).norm(), 1e-5 * b.norm());
   EXPECT_GT((a - b).norm(), 1e-12 * b.norm()) << "both were computed in double";
 }
