@@ -29,9 +29,11 @@ class MarkerMap {
 };
 
 /// Time of a stage, in units of the time that one cell takes in one, when `cuts` divide the box.
-/// Predictor, markers and pressure wait for each other, so that the slowest rank of each counts:
+/// Predictor, markers and the pressure equation's way up go on without waiting for all ranks, its
+/// way down begins when all have come there, so that the slowest rank of each of the two counts:
 ///
-///   max cells + marker_cost max markers + value_cost * numbers sent by a rank
+///   max (up_share cells + marker_cost markers) + max (1 - up_share) cells
+///     + value_cost * numbers sent by a rank
 ///
 /// A rank sends its six ghost planes and rows, six planes of numbers to couple slabs (2 x 3 per
 /// mode), and where rows are divided all its cells twice (README.md, "On many ranks").
