@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from . import flow_statistics, path, profile_figures, report, states, summary
+from . import flow_statistics, overlap, path, profile_figures, report, states, summary
 from .frames import time_ranges
 from .outputs import MissingOutput, Run
 from .summary import Line
@@ -67,7 +67,7 @@ def _render(console: Console, run: Run) -> None:
 
 
 def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None:
-    """Writes path.png, picture.png and report.html into `folder` and prints the numbers.
+    """Writes path.png, overlap.png, picture.png and report.html into `folder` and prints the numbers.
 
     `times_shown`: the run itself has just printed its table of times.
     """
@@ -87,6 +87,8 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
     if pictures:
         if (folder / flow_statistics.FILE).is_file():
             profile_figures.draw(flow_statistics.read(run), folder / "profiles.png")
+        if any(program == "bedload-dem" for program, *_ in overlap.read(folder)):
+            overlap.draw(folder, folder / "overlap.png")
         _render(console, run)
     flow = _or_note(console, lambda: summary.flow_lines(run), [])
     times = _or_note(console, lambda: summary.time_rows(run), [])
@@ -100,6 +102,7 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
     for file, what in (
         ("picture.png", "the scene"),
         ("path.png", "the grain's path, coloured by state"),
+        ("overlap.png", "both programs over the last time step"),
         ("profiles.png", "mean flow, fluctuations and stress over y"),
         ("report.html", "both with all numbers and settings, in one file"),
         ("fields.xdmf", "fields for ParaView"),
