@@ -57,5 +57,5 @@ def draw(folder: Path, file: Path) -> None:
     axes.set_yticks(range(len(programs)), programs)
     axes.set_xlabel("time since the step began [ms]")
     axes.legend(ncols=4, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, 1.45))
-    figure.savefig(file, dpi=120)
+    figure.savefig(file, dpi=120, bbox_inches="tight")
     plt.close(figure)
