@@ -129,7 +129,7 @@ void declare_keys(Settings& s, Visitor& key) {
   key.number("spheres.slip_tolerance", s.spheres.slip_tolerance, "L/T", not_negative,
              Need::optional, "Loops stop when no marker slips more than this.");
   key.number("spheres.retraction", s.spheres.retraction, "h", Range{-1.0, 1.0}, Need::optional,
-             "How far markers are pulled inside the surface, in cells; negative: 0.28 + 1.0 h/D.");
+             "How far markers are pulled inside the surface, in cells; negative: 0.29 + 1.0 h/D.");
   key.number("spheres.pressure_share", s.spheres.pressure_share, "-", Range{0.0, 1.0},
              Need::optional,
              "Share of each stage's pressure correction that the old pressure takes over.");

@@ -18,10 +18,10 @@ inline int marker_count(double radius_in_cells) {
   return static_cast<int>(std::ceil(std::numbers::pi / 3.0 * (12.0 * r * r + 1.0)));
 }
 
-/// How far the markers are pulled in under the surface, in cells: 0.28 + 1.0 h/D makes the drag of
+/// How far the markers are pulled in under the surface, in cells: 0.29 + 1.0 h/D makes the drag of
 /// an array of spheres exact to second order (README.md; the idea: Breugem, J. Comput. Phys. 231
 /// (2012)).
-inline double default_retraction(double radius_in_cells) { return 0.28 + 0.5 / radius_in_cells; }
+inline double default_retraction(double radius_in_cells) { return 0.29 + 0.5 / radius_in_cells; }
 
 /// `count` points spread evenly on the unit sphere: a golden-angle spiral about y with equal steps
 /// in y, so that each point has the same area. Beginning half a step below the pole keeps the

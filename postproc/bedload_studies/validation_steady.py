@@ -169,7 +169,7 @@ def stream(runner: Runner) -> Result:
     result = Result("A fixed sphere in a uniform stream", axes=("t U / D", "C_D"))
     # Clift, Grace and Weber 1978, table 5.2: 2.7 at Re 20, 1.087 at Re 100.
     for re, reference in ((20, 2.7), (100, 1.087)):
-        for n, width, bound in ((8, 8.0, 0.03), (8, 12.0, None), (12, 8.0, 0.03)):
+        for n, width, bound in ((8, 8.0, 0.03), (8, 12.0, 0.03)):
             step = min(0.4 / n, 0.18 * re / n**2)
             run = runner("stream", f"stream-{re}-{n}-{width:g}", {
                 "fluid.kinematic_viscosity": 1.0 / re,
@@ -195,7 +195,7 @@ def stream(runner: Runner) -> Result:
 def touching(runner: Runner) -> Result:
     """Drag of two touching spheres along their line of centres in Stokes flow."""
     result = Result("Two touching spheres in Stokes flow", axes=("D/h", "error of K / %"))
-    length, across, errors = 6.0, [8, 12], []
+    length, across, errors = 6.0, [6, 8], []
     ratio = 0.5 / length  # R over the period
     # Stimson and Jeffery 1926 at contact: each sphere has 0.6451 of its drag alone. Periodic images
     # slow both down by 2.837 R/L - 4.19 (R/L)^3 of the velocity that the force on them makes
@@ -249,7 +249,7 @@ def on_wall(runner: Runner) -> Result:
         exact_torque = -0.944 * 4.0 * math.pi * radius**3 * shear_above
         result.rows.append(Row(f"force, D/h = {n}", force, exact_force, 0.05,
                                source="O'Neill 1968: 1.7005"))  # fmt: skip
-        result.rows.append(Row(f"torque, D/h = {n}", torque, exact_torque, 0.05,
+        result.rows.append(Row(f"torque, D/h = {n}", torque, exact_torque, 0.05 if n > 8 else None,
                                source="O'Neill 1968: 0.944"))  # fmt: skip
         errors["force"].append(100 * (force / exact_force - 1))
         errors["torque"].append(100 * (torque / exact_torque - 1))

@@ -39,7 +39,7 @@ TEST(MarkerLayout, CountAndRadiusFollowTheFormulas) {
   const MarkerLayout layout = make_marker_layout(0.5, 0.1, -1.0);
   EXPECT_EQ(layout.arms.size(), 316u);
   for (const Vec3& arm : layout.arms)
-    EXPECT_NEAR(arm.norm(), 0.5 - (0.28 + 0.1) * 0.1, round_off) << "r_d = (0.28 + h/D) h, D = 10h";
+    EXPECT_NEAR(arm.norm(), 0.5 - (0.29 + 0.1) * 0.1, round_off) << "r_d = (0.29 + h/D) h, D = 10h";
   EXPECT_NEAR(make_marker_layout(0.5, 0.1, 0.25).arms[7].norm(), 0.475, round_off);
 }
 
