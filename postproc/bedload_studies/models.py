@@ -198,9 +198,9 @@ def run(options: argparse.Namespace) -> int:
     if not options.report_only:
         for member in runs:
             status = run_member(member, ranks, options.set)
-            if status != 0:
-                print(f"bedload: {member.out.name} ended with status {status}; give the command "
-                      "again to go on", flush=True)  # fmt: skip
-                return status
+            if status != 0 or not finished(member.out, settings_of(scene, options.set)["time"]["end"]):
+                print(f"bedload: {member.out.name} ended before its time, with status {status}; "
+                      "give the command again to go on", flush=True)  # fmt: skip
+                return status or 1
     print(f"bedload: report in {report(options, scene, runs)}", flush=True)
     return 0
