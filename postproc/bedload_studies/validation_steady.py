@@ -50,8 +50,8 @@ def array(runner: Runner) -> Result:
     """Drag of simple-cubic arrays in Stokes flow, D/h = 8, 16, 32."""
     result = Result("Drag of a simple-cubic array in Stokes flow", axes=("D/h", "|error of K| / %"),
                     logarithmic=True)  # fmt: skip
-    for fraction, cells in {0.027: (21, 43), 0.064: (16, 32, 64), 0.216: (11, 21, 43),
-                            0.343: (9, 18, 37)}.items():  # fmt: skip
+    for fraction, cells in {0.027: (21, 43), 0.064: (16, 32), 0.216: (11, 21, 43),
+                            0.343: (9, 18)}.items():  # fmt: skip
         reference, drags, across, run = ZICK_HOMSY[fraction], [], [], None
         for n in cells:
             drag, run = _array(runner, f"array-{fraction}-{n}", fraction, n, run)
@@ -65,23 +65,20 @@ def array(runner: Runner) -> Result:
         result.curves.append(Curve(f"volume fraction {fraction}", across,
                                    [100 * abs(k / reference - 1) for k in drags]))  # fmt: skip
     # With the markers on the surface the error is large enough to show its order.
-    fraction, reference = 0.064, ZICK_HOMSY[0.064]
+    fraction, reference = 0.216, ZICK_HOMSY[0.216]
     errors, across, run = [], [], None
-    for n in (16, 32, 64):
+    for n in (11, 21, 43):
         drag, run = _array(runner, f"array-{fraction}-{n}-surface", fraction, n, run,
                            **{"spheres.retraction": 0.0})  # fmt: skip
         errors.append(drag / reference - 1)
         across.append(n / _array_edge(fraction))
-    result.curves.append(Curve("0.064, markers on the surface", across,
+    result.curves.append(Curve(f"{fraction}, markers on the surface", across,
                                [100 * abs(e) for e in errors]))  # fmt: skip
     for a in (0, 1):
-        own = [row.error for row in result.rows if "fraction 0.064" in row.what]
-        order = math.log(abs(own[a] / own[a + 1])) / math.log(2)
-        plain = math.log(errors[a] / errors[a + 1]) / math.log(2)
-        result.rows.append(Row(f"order of K, volume fraction 0.064, D/h = {8 * 2**a} to {16 * 2**a}",
-                               order))  # fmt: skip
-        result.rows.append(Row(f"the same with markers on the surface (error {100 * errors[a]:.1f} to "
-                               f"{100 * errors[a + 1]:.1f} %)", plain))  # fmt: skip
+        order = math.log(errors[a] / errors[a + 1]) / math.log(across[a + 1] / across[a])
+        result.rows.append(Row(f"order of K with markers on the surface, volume fraction {fraction}, "
+                               f"D/h = {across[a]:.1f} to {across[a + 1]:.1f} (error "
+                               f"{100 * errors[a]:.1f} to {100 * errors[a + 1]:.1f} %)", order))  # fmt: skip
     return result
 
 
@@ -204,6 +201,8 @@ def touching(runner: Runner) -> Result:
     single = 1.0 / (1.0 - images)
     pair = 1.0 / (1.0 / (2.0 * 0.6451) - images)
     coarser = {}
+    result.remarks.append("Images are taken to the third order in R/L for one sphere, without the "
+                          "pair's own length: known to about 1 %.")  # fmt: skip
     for n in across:
         for alone, exact in ((1, single), (0, pair)):
             settings = {"grid.cells": [int(length * n)] * 3, "time.step": DIFFUSION / n**2,
@@ -228,6 +227,10 @@ def on_wall(runner: Runner) -> Result:
     """Force and torque on a sphere that touches a wall in Stokes shear flow."""
     result = Result("A sphere that touches a wall in Stokes shear flow",
                     axes=("D/h", "error / %"))  # fmt: skip
+    result.remarks.append(
+        "The reference takes the images in the periodic plane into account by the leading term of a "
+        "force beside one wall; the upper wall, nearer than the images, is left out: known to 2 %."
+    )
     across, errors = [8, 12], {"force": [], "torque": []}
     length, height, radius, run = 8.0, 5.0, 0.5, None
     for n in across:
