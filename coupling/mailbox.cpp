@@ -1,11 +1,19 @@
 #include "coupling/mailbox.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
 #include "coupling/wait.hpp"
 
 namespace bedload {
+namespace {
+
+/// Messages up to this size [bytes] are with the receiver's MPI as soon as they are posted,
+/// whatever it does (Open MPI's limit is 4 kB or more, its own header included).
+constexpr std::size_t sent_at_once = 3500;
+
+}  // namespace
 
 void Outbox::post(int to, Subject subject, std::shared_ptr<const Bytes> message) {
   assert(message->size() <= static_cast<std::size_t>(std::numeric_limits<int>::max()));
@@ -26,6 +34,10 @@ bool Outbox::all_gone() {
 }
 
 void Outbox::push(double seconds) {
+  const bool leave_alone = std::all_of(letters_.begin(), letters_.end(), [](const Letter& letter) {
+    return letter.message->size() <= sent_at_once;
+  });
+  if (leave_alone) return;
   wait_until_or([this] { return all_gone(); }, seconds);
 }
 
