@@ -7,6 +7,8 @@
 #include <sstream>
 #include <string>
 
+#include "fluid/diffusion.hpp"
+
 namespace bedload {
 namespace {
 
@@ -39,6 +41,17 @@ EffectRow driving(const Settings& s) {
   return row("flow driving", false, "flow.driving is \"none\"");
 }
 
+EffectRow diffusion(const Settings& s) {
+  const Grid grid = make_grid(s);
+  const bool implicit = diffusion_is_implicit(s, grid);
+  const bool asked = s.fluid.diffusion != Diffusion::automatic;
+  return row("implicit diffusion", implicit,
+             asked ? fmt::format("fluid.diffusion is \"{}\"", implicit ? "implicit" : "explicit")
+                   : fmt::format("time.step is {:.3g} of the explicit limit",
+                                 s.time.step /
+                                     explicit_diffusion_limit(grid, s.fluid.kinematic_viscosity)));
+}
+
 bool has_gravity(const Settings& s) {
   return std::any_of(s.fluid.gravity.begin(), s.fluid.gravity.end(),
                      [](double g) { return g != 0.0; });
@@ -52,7 +65,7 @@ std::vector<EffectRow> effects_of(const Settings& s, std::span<const SphereState
   std::vector<EffectRow> rows{
       row("convection", convection,
           convection ? "the flow has inertia" : "fluid.convection is \"off\""),
-      driving(s)};
+      driving(s), diffusion(s)};
   if (s.fringe.rate > 0.0)
     rows.push_back(row("fringe", true,
                        fmt::format("stream of {} from x = {} to {}", s.fringe.velocity,

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "fluid/diagnostics.hpp"
+#include "fluid/diffusion.hpp"
 #include "fluid/division.hpp"
 #include "fluid/errors.hpp"
 #include "fluid/projection.hpp"
@@ -32,20 +33,24 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
       velocity_(grid_, slabs_.extent(), 3, 1),
       tendency_(grid_, slabs_.extent(), 3),
       pressure_(grid_, slabs_.extent(), 1),
-      predictor_(walls_, velocity_, tendency_, pressure_),
+      predictor_(grid_, slabs_, walls_, velocity_, tendency_, pressure_),
       poisson_(grid_, slabs_),
       fringe_(settings.fringe, grid_),
       zeros_(static_cast<std::size_t>(grid_.cells[0]), Real(0)),
       dt_(settings.time.step),
       dt_made_(dt_) {
   check_settings();
+  if (diffusion_is_implicit(settings_, grid_)) {
+    diffusion_.reserve(3);
+    for (int c = 0; c < 3; ++c) diffusion_.emplace_back(grid_, slabs_, c);
+  }
   if (settings_.flow.driving == Driving::pressure_gradient)
     driving_ = settings_.flow.pressure_gradient / settings_.fluid.density;
   write_start_field(velocity_, settings_, grid_, slabs_);
   project_start_field();
   if (settings_.flow.driving == Driving::bulk_velocity) {
     const Real shift = static_cast<Real>(settings_.flow.bulk_velocity -
-                                         streamwise_sum(velocity_, slabs_) / grid_.cell_count());
+                                         streamwise_sum(velocity_, grid_, slabs_) / grid_.cubes());
     for (int j = 0; j < slabs_.planes(); ++j)
       for (int k = 0; k < slabs_.rows(); ++k) {
         Real* u = velocity_.row(j, k, 0);
@@ -63,22 +68,40 @@ Channel<Real>::~Channel() = default;
 
 template <class Real>
 void Channel<Real>::check_settings() const {
-  if (settings_.time.cfl == 0.0 && dt_ > diffusion_limit())
-    throw UserError(
-        fmt::format("{}: 'time.step' is {}, but explicit diffusion is stable only up to "
-                    "{:.4g} with this viscosity and cell size.",
-                    settings_.file, dt_, diffusion_limit()));
+  const double limit = explicit_diffusion_limit(grid_, settings_.fluid.kinematic_viscosity);
+  if (!diffusion_is_implicit(settings_, grid_) && settings_.time.cfl == 0.0 && dt_ > limit)
+    throw UserError(fmt::format(
+        "{}: 'time.step' is {}, but explicit diffusion is stable only up to {:.4g} with "
+        "this viscosity and cell size; 'fluid.diffusion' = \"implicit\" has no limit.",
+        settings_.file, dt_, limit));
+}
+
+/// Markers need cubes around them.
+template <class Real>
+void Channel<Real>::check_height(std::span<const SphereState> spheres) const {
+  constexpr double support = 2.0;  // cells from a surface to the outermost point that it touches
+  if (!grid_.stretched()) return;
+  const double highest = std::max(grid_.cubes_up_to() - support * grid_.h, 0.0);
+  for (const SphereState& sphere : spheres)
+    if (sphere.position.y() + sphere.radius > highest)
+      throw UserError(
+          fmt::format("{}: sphere {} reaches up to y = {:.6g}, but y is stretched and spheres need "
+                      "cubic cells, "
+                      "which here means y below {:.6g}; change 'grid.y_uniform'.",
+                      settings_.file, sphere.tag, sphere.position.y() + sphere.radius, highest));
 }
 
 template <class Real>
 void Channel<Real>::set_spheres(std::span<const SphereState> all) {
   if (all.empty() && !boundary_) return;
+  check_height(all);
   if (!boundary_) boundary_ = std::make_unique<ImmersedBoundary<Real>>(settings_, grid_, slabs_);
   boundary_->set_spheres(all);
 }
 
 template <class Real>
 void Channel<Real>::move_spheres(std::span<const SphereState> moved) {
+  check_height(moved);
   if (!boundary_) boundary_ = std::make_unique<ImmersedBoundary<Real>>(settings_, grid_, slabs_);
   boundary_->move_spheres(moved);
 }
@@ -94,40 +117,41 @@ void Channel<Real>::begin_stage(int stage) {
     budget_ = {.begin = streamwise_sum_};
   }
   const double push = step * driving_predicted_;
-  predictor_.begin_stage({.factor = {.convection = static_cast<Real>(0.25 / h),
-                                     .diffusion = static_cast<Real>(nu / (h * h)),
-                                     .gamma_dt = static_cast<Real>(rk.gamma * dt_),
-                                     .zeta_dt = static_cast<Real>(rk.zeta * dt_),
-                                     .pressure = static_cast<Real>(step / h)},
-                          .push = {static_cast<Real>(push), Real(0), Real(0)},
-                          .convection = settings_.fluid.convection != Switch::off,
-                          .pressure = keeps_old_pressure(),
-                          .old_tendency = stage > 0,
-                          .keep_tendency = stage + 1 < stage_count});
-  budget_.given += push * grid_.cell_count();
+  predictor_.begin_stage(
+      {.factor = {.convection = static_cast<Real>(0.25 / h),
+                  .diffusion = static_cast<Real>(implicit() ? step * nu / (h * h) : nu / (h * h)),
+                  .gamma_dt = static_cast<Real>(rk.gamma * dt_),
+                  .zeta_dt = static_cast<Real>(rk.zeta * dt_),
+                  .pressure = static_cast<Real>(step / h)},
+       .push = {static_cast<Real>(push), Real(0), Real(0)},
+       .convection = settings_.fluid.convection != Switch::off,
+       .pressure = keeps_old_pressure(),
+       .old_tendency = stage > 0,
+       .keep_tendency = stage + 1 < stage_count,
+       .implicit = implicit()});
+  budget_.given += push * grid_.cubes();
   const double walls = nu / (h * h) * local_wall_sum();
-  budget_.walls += dt_ * (rk.gamma * walls + rk.zeta * budget_.walls_last);
+  budget_.walls += implicit() ? dt_ * rk.before * walls
+                              : dt_ * (rk.gamma * walls + rk.zeta * budget_.walls_last);
   budget_.walls_last = walls;
 }
 
-/// Sum over the cells beside the walls of u beyond the wall minus u: the wall's share of h^2 times
-/// the sum of the Laplacian.
+/// Sum over the cells beside the walls of u beyond the wall minus u, times the area of the wall
+/// over the distance across it: the wall's share of h^2 times the sum of the Laplacian.
 template <class Real>
 double Channel<Real>::local_wall_sum() const {
   const int nx = grid_.cells[0], nz = slabs_.rows(), top = slabs_.planes() - 1;
   double sum = 0.0;
-  const auto add = [&](int ghost_plane, int ghost_row, int plane, int row) {
-    sum +=
-        row_sum(nx, velocity_.row(ghost_plane, ghost_row)) - row_sum(nx, velocity_.row(plane, row));
+  const auto across = [&](int ghost_plane, int ghost_row, int plane, int row) {
+    return row_sum(nx, velocity_.row(ghost_plane, ghost_row)) -
+           row_sum(nx, velocity_.row(plane, row));
   };
   for (int k = 0; k < nz; ++k) {
-    if (slabs_.at_lower_wall()) add(-1, k, 0, k);
-    if (slabs_.at_upper_wall()) add(top + 1, k, top, k);
+    if (slabs_.at_lower_wall()) sum += across(-1, k, 0, k) / grid_.gap(-1);
+    if (slabs_.at_upper_wall()) sum += across(top + 1, k, top, k) / grid_.gap(grid_.cells[1] - 1);
   }
-  for (int j = 0; j <= top; ++j) {
-    if (slabs_.at_back_wall()) add(j, -1, j, 0);
-    if (slabs_.at_front_wall()) add(j, nz, j, nz - 1);
-  }
+  for (int j = 0; j <= top && !grid_.periodic(2); ++j)
+    sum += grid_.thickness(slabs_.first() + j) * (across(j, -1, j, 0) + across(j, nz, j, nz - 1));
   return sum;
 }
 
@@ -146,33 +170,85 @@ void Channel<Real>::close_wall_face(int j) {
     std::fill_n(velocity_.row(j, k, 1) - 1, grid_.cells[0] + 2, Real(0));
 }
 
-/// Takes h/(step) (div u*) h of plane j, found in the storage of plane j + moved, into the Poisson
-/// solver's upward sweep, and adds up u*. What the block below lets in is added by couple(), what
-/// the block behind lets in comes with the sweep.
+/// u* of one stage with implicit diffusion, in place: the solver of each component gives
+///
+///   d - after dt nu L d = rhs    as    (h^2 L - s) d = -s rhs,   s = h^2 / (after dt nu),
+///
+/// and u* = u + d.
+template <class Real>
+void Channel<Real>::diffuse(int stage) {
+  const int nx = grid_.cells[0], nz = slabs_.rows(), planes = slabs_.planes();
+  const double h2 = grid_.h * grid_.h, nu = settings_.fluid.kinematic_viscosity;
+  const double after = runge_kutta[static_cast<std::size_t>(stage)].after * dt_;
+  const double shift = h2 / (after * nu);
+  for (PoissonSolver<Real>& solver : diffusion_) solver.set_shift(shift);
+  for (int j = 0; j < planes; ++j) {
+    predictor_.implicit_plane(
+        j, [&](int c, int k) { return diffusion_[static_cast<std::size_t>(c)].rhs_row(k); });
+    // What flows through walls does not change.
+    if (!grid_.periodic(0))
+      for (int k = 0; k < nz; ++k) diffusion_[0].rhs_row(k)[nx - 1] = Real(0);
+    if (slabs_.at_front_wall()) std::fill_n(diffusion_[2].rhs_row(nz - 1), nx, Real(0));
+    if (slabs_.at_upper_wall() && j == planes - 1)
+      for (int k = 0; k < nz; ++k) std::fill_n(diffusion_[1].rhs_row(k), nx, Real(0));
+    if (slabs_.divides_rows())  // nothing for the block in front
+      for (PoissonSolver<Real>& solver : diffusion_) std::fill_n(solver.rhs_row(nz), nx, Real(0));
+    clock_.lap(FlowPhase::momentum);
+    const double cell = grid_.thickness(slabs_.first() + j), face = grid_.gap(slabs_.first() + j);
+    diffusion_[0].eliminate(j, -shift * cell);
+    diffusion_[1].eliminate(j, -shift * face);
+    diffusion_[2].eliminate(j, -shift * cell);
+    clock_.lap(FlowPhase::elimination);
+  }
+  for (PoissonSolver<Real>& solver : diffusion_) solver.couple();
+  for (int j = planes - 1; j >= 0; --j) {
+    for (int c = 0; c < 3; ++c) {
+      PoissonSolver<Real>& solver = diffusion_[static_cast<std::size_t>(c)];
+      solver.substitute(j);
+      for (int k = 0; k < nz; ++k) {
+        Real* q = velocity_.row(j, k, c);
+        const Real* d = solver.solution_row(j, k);
+        for (int i = 0; i < nx; ++i) q[i] += d[i];
+        walls_.close_row(q, c);
+      }
+    }
+    walls_.close_plane(velocity_, j);
+    clock_.lap(FlowPhase::substitution);
+  }
+  walls_.close_block(velocity_);
+  budget_.walls += after * nu / h2 * local_wall_sum();
+}
+
+/// Takes h/(step) (div u*) h of plane j, times its height over h, found in the storage of plane j +
+/// moved, into the Poisson solver's upward sweep, and adds up u*. What the block below lets in is
+/// added by couple(), what the block behind lets in comes with the sweep.
 template <class Real>
 void Channel<Real>::eliminate_plane(int j, int moved, double step) {
   const int nx = grid_.cells[0], nz = slabs_.rows(), at = j + moved;
+  const double thickness = grid_.thickness(slabs_.first() + j);
   const Real scale = static_cast<Real>(grid_.h / step);
+  const Real in_plane = static_cast<Real>(thickness * grid_.h / step);
   double sum = 0.0;
   for (int k = 0; k < nz; ++k) {
     const Real* v_below = j == 0 ? zeros_.data() : velocity_.row(at - 1, k, 1);
     const Real* w_back =
         k == 0 && poisson_.gives_to_front() ? zeros_.data() : velocity_.row(at, k - 1, 2);
-    divergence_row(nx, scale, velocity_.row(at, k, 0), velocity_.row(at, k, 1), v_below,
+    divergence_row(nx, in_plane, scale, velocity_.row(at, k, 0), velocity_.row(at, k, 1), v_below,
                    velocity_.row(at, k, 2), w_back, poisson_.rhs_row(k));
     sum += row_sum(nx, velocity_.row(at, k, 0));
   }
-  local_sum_ += sum;
+  local_sum_ += sum * thickness;
   if (poisson_.gives_to_front()) {
     const Real* w = velocity_.row(at, nz - 1, 2);
     Real* given = poisson_.rhs_row(nz);
-    for (int i = 0; i < nx; ++i) given[i] = -scale * w[i];
+    for (int i = 0; i < nx; ++i) given[i] = -in_plane * w[i];
   }
   if (!slabs_.at_upper_wall() && j == slabs_.planes() - 1)
     for (int k = 0; k < nz; ++k) {
       const Real* v = velocity_.row(at, k, 1);
       Real* excess = poisson_.excess_row(k);
-      for (int i = 0; i < nx; ++i) excess[i] = scale * v[i];
+      const Real over_gap = scale * static_cast<Real>(grid_.gap(slabs_.first() + j));
+      for (int i = 0; i < nx; ++i) excess[i] = over_gap * v[i];
     }
   clock_.lap(FlowPhase::divergence);
   poisson_.eliminate(j);
@@ -184,8 +260,12 @@ void Channel<Real>::predict(int stage) {
   if (boundary_) boundary_->start_stage(velocity_);
   begin_stage(stage);
   clock_.start();
-  for (int j = 0; j < slabs_.planes(); ++j) predict_plane(j);
-  velocity_.relabel(1);
+  if (implicit()) {
+    diffuse(stage);
+  } else {
+    for (int j = 0; j < slabs_.planes(); ++j) predict_plane(j);
+    velocity_.relabel(1);
+  }
   budget_.walls += fringe_.apply(velocity_, stage_step(stage));
 }
 
@@ -210,7 +290,7 @@ void Channel<Real>::project(int stage) {
 
 template <class Real>
 void Channel<Real>::advance_stage(int stage) {
-  if (fringe_.on()) {
+  if (fringe_.on() || implicit()) {
     predict(stage);
     return project(stage);
   }
@@ -235,6 +315,7 @@ void Channel<Real>::couple_and_correct(int stage) {
   sweep_down({.step = step,
               .shift = shift,
               .measure = last,
+              .moved = implicit() ? 0 : 1,
               .pressure = keeps_old_pressure() ? PressureUse::add
                           : last               ? PressureUse::replace
                                                : PressureUse::none});
@@ -252,14 +333,14 @@ double Channel<Real>::bulk_shift(double step) {
   double shift = 0.0;
   if (settings_.flow.driving == Driving::bulk_velocity)
     // The fields can only take the shift as rounded to their precision.
-    shift = static_cast<Real>(settings_.flow.bulk_velocity - sum / grid_.cell_count());
-  budget_.given += shift * grid_.cell_count();
+    shift = static_cast<Real>(settings_.flow.bulk_velocity - sum / grid_.cubes());
+  budget_.given += shift * grid_.cubes();
   driving_this_step_ += (step * driving_predicted_ + shift) / dt_;
   return shift;
 }
 
-/// u = u* - step grad phi + shift, downwards, each plane back into the storage of the plane above:
-/// undoes the predictor's move.
+/// u = u* - step grad phi + shift, downwards; where the predictor moved the planes, each one back
+/// into the storage of the plane above.
 template <class Real>
 void Channel<Real>::sweep_down(const Correction& correction) {
   const int nx = grid_.cells[0], nz = slabs_.rows(), planes = slabs_.planes();
@@ -272,39 +353,42 @@ void Channel<Real>::sweep_down(const Correction& correction) {
   }
   for (int j = planes - 1; j >= 0; --j) {
     const bool under_wall = slabs_.at_upper_wall() && j == planes - 1;
+    const int global = slabs_.first() + j;
+    const Real factor_y = static_cast<Real>(correction.step / grid_.h / grid_.gap(global));
+    const Real stretch = static_cast<Real>(stretch_at(grid_, global));
     poisson_.substitute(j);
     clock_.lap(FlowPhase::substitution);
     double sum = 0.0;
     Real fastest = 0;
     for (int k = 0; k < nz; ++k) {
       const Real* phi = poisson_.solution_row(j, k);
-      Real* to = velocity_.row(j + 1, k);
-      correct_row(nx, factor, shift, velocity_.component_stride(), velocity_.row(j, k), to, phi,
-                  under_wall ? phi : poisson_.solution_row(j + 1, k),
+      Real* to = velocity_.row(j + correction.moved, k);
+      correct_row(nx, factor, factor_y, shift, velocity_.component_stride(), velocity_.row(j, k),
+                  to, phi, under_wall ? phi : poisson_.solution_row(j + 1, k),
                   poisson_.solution_row(j, k + 1));
       for (int c = 0; c < 3; ++c)
         walls_.close_row(to + static_cast<std::size_t>(c) * velocity_.component_stride(), c);
       if (!correction.measure) continue;
       sum += row_sum(nx, to);
-      fastest = std::max(fastest, largest_speed(nx, velocity_.component_stride(), to));
+      fastest = std::max(fastest, largest_speed(nx, stretch, velocity_.component_stride(), to));
     }
-    walls_.close_plane(velocity_, j + 1);
-    local_sum_ += sum;
+    walls_.close_plane(velocity_, j + correction.moved);
+    local_sum_ += sum * grid_.thickness(global);
     local_fastest_ = std::max(local_fastest_, static_cast<double>(fastest));
     update_pressure(j, correction.pressure);
     clock_.lap(FlowPhase::correction);
   }
-  velocity_.relabel(-1);
+  velocity_.relabel(-correction.moved);
 }
 
-/// p + s phi where the predictor had the old pressure gradient (s < 1: the whole would make spheres
-/// swing by their added mass, spheres/README.md), phi itself where it had none (the projection then
-/// yields the same velocity, and phi of the last stage is the pressure).
+/// p + s phi where the predictor had the old pressure gradient (s < 1 with spheres: the whole would
+/// make them swing by their added mass, spheres/README.md), phi itself where it had none (the
+/// projection then yields the same velocity, and phi of the last stage is the pressure).
 template <class Real>
 void Channel<Real>::update_pressure(int j, PressureUse use) {
   if (use == PressureUse::none) return;
   const int nx = grid_.cells[0];
-  const Real share = static_cast<Real>(settings_.spheres.pressure_share);
+  const Real share = boundary_ ? static_cast<Real>(settings_.spheres.pressure_share) : Real(1);
   for (int k = 0; k < slabs_.rows() + (poisson_.gives_to_front() ? 1 : 0); ++k) {
     const Real* phi = poisson_.solution_row(j, k);
     Real* p = pressure_.row(j, k);
@@ -346,7 +430,7 @@ void Channel<Real>::finish_step() {
   fastest_ = local_fastest_;
   MPI_Allreduce(MPI_IN_PLACE, &fastest_, 1, MPI_DOUBLE, MPI_MAX, comm());
   streamwise_sum_ = sums[0];
-  const double scale = fastest_ * grid_.cell_count();
+  const double scale = fastest_ * grid_.cubes();
   const double residual = streamwise_sum_ - budget_.begin - budget_.given - sums[1];
   momentum_residual_ = !grid_.periodic(0) ? 0.0 : scale > 0.0 ? residual / scale : residual;
   choose_time_step();
@@ -361,17 +445,12 @@ void Channel<Real>::choose_time_step() {
   if (settings_.time.cfl == 0.0 || !std::isfinite(fastest_)) return;
   constexpr double lengths_per_octave = 16.0;
   const double longest = settings_.time.step;
-  const double by_diffusion = diffusion_limit();
+  const double by_diffusion =
+      implicit() ? longest : explicit_diffusion_limit(grid_, settings_.fluid.kinematic_viscosity);
   const double by_convection = fastest_ > 0.0 ? settings_.time.cfl * grid_.h / fastest_ : longest;
   const double wanted = std::min({longest, by_diffusion, by_convection});
   const double n = std::ceil(lengths_per_octave * std::log2(longest / wanted) - 1e-9);
   dt_ = longest * std::exp2(-n / lengths_per_octave);
-}
-
-/// Longest step that explicit diffusion is stable with [T].
-template <class Real>
-double Channel<Real>::diffusion_limit() const {
-  return real_limit * grid_.h * grid_.h / (12.0 * settings_.fluid.kinematic_viscosity);
 }
 
 /// Names the first value that is not finite.
@@ -417,13 +496,15 @@ std::array<double, 2> Channel<Real>::wall_stress() const {
   const double factor = settings_.fluid.density * settings_.fluid.kinematic_viscosity / grid_.h /
                         (double(grid_.cells[0]) * double(grid_.cells[2]));
   std::array<double, 2> stress{};
-  const auto add = [&](std::size_t end, int ghost, int inner) {
+  const auto add = [&](std::size_t end, int ghost, int inner, double gap) {
     for (int k = 0; k < slabs_.rows(); ++k)
-      stress[end] += factor * (row_sum(grid_.cells[0], velocity_.row(inner, k)) -
-                               row_sum(grid_.cells[0], velocity_.row(ghost, k)));
+      stress[end] += factor / gap *
+                     (row_sum(grid_.cells[0], velocity_.row(inner, k)) -
+                      row_sum(grid_.cells[0], velocity_.row(ghost, k)));
   };
-  if (slabs_.at_lower_wall()) add(0, -1, 0);
-  if (slabs_.at_upper_wall()) add(1, slabs_.planes(), slabs_.planes() - 1);
+  if (slabs_.at_lower_wall()) add(0, -1, 0, grid_.gap(-1));
+  if (slabs_.at_upper_wall())
+    add(1, slabs_.planes(), slabs_.planes() - 1, grid_.gap(grid_.cells[1] - 1));
   MPI_Allreduce(MPI_IN_PLACE, stress.data(), 2, MPI_DOUBLE, MPI_SUM, comm());
   return stress;
 }
@@ -438,14 +519,15 @@ void Channel<Real>::project_start_field() {
   for (int j = 0; j < slabs_.planes(); ++j) eliminate_plane(j, -1, 1.0);
   velocity_.relabel(1);
   poisson_.couple();
-  sweep_down({.step = 1.0, .shift = 0.0, .measure = false, .pressure = PressureUse::none});
+  sweep_down(
+      {.step = 1.0, .shift = 0.0, .measure = false, .moved = 1, .pressure = PressureUse::none});
   fill_ghosts();
 }
 
 template <class Real>
 void Channel<Real>::measure_start() {
-  streamwise_sum_ = streamwise_sum(velocity_, slabs_);
-  fastest_ = largest_local_speed(velocity_);
+  streamwise_sum_ = streamwise_sum(velocity_, grid_, slabs_);
+  fastest_ = largest_local_speed(velocity_, grid_, slabs_);
   MPI_Allreduce(MPI_IN_PLACE, &fastest_, 1, MPI_DOUBLE, MPI_MAX, comm());
   choose_time_step();
   check_field();
@@ -459,9 +541,10 @@ void Channel<Real>::set_velocity(const std::function<double(int, const Vec3&)>& 
       for (int c = 0; c < 3; ++c) {
         Real* row = velocity_.row(j, k, c);
         for (int i = 0; i < grid_.cells[0]; ++i) {
-          Vec3 place(grid_.centre(i), grid_.centre(slabs_.first() + j),
-                     grid_.centre(slabs_.first_row() + k));
-          place[c] += 0.5 * grid_.h;
+          const int plane = slabs_.first() + j, line = slabs_.first_row() + k;
+          const Vec3 place(c == 0 ? grid_.face(i) : grid_.centre(i),
+                           c == 1 ? grid_.y_face(plane) : grid_.y_centre(plane),
+                           c == 2 ? grid_.face(line) : grid_.centre(line));
           row[i] = static_cast<Real>(value(c, place));
         }
       }

@@ -89,7 +89,7 @@ class Channel {
   /// CFL number of the present field with the present step: largest (|u|+|v|+|w|) dt/h.
   double cfl() const { return fastest_ * dt_ / grid_.h; }
   /// Mean of u over the box [L/T].
-  double bulk_velocity() const { return streamwise_sum_ / grid_.cell_count(); }
+  double bulk_velocity() const { return streamwise_sum_ / grid_.cubes(); }
   /// What the streamwise momentum of the box changed by in the last step beyond what driving, walls
   /// and spheres gave it, over the box's momentum scale: zero to round-off. Not followed between x
   /// walls, whose pressure would belong to it (0).
@@ -126,14 +126,19 @@ class Channel {
     double step;           ///< length of the stage [T]
     double shift;          ///< added to u [L/T]
     bool measure;          ///< whether sum and largest speed are taken
+    int moved;             ///< planes that u* lies below its place
     PressureUse pressure;  ///< what becomes of phi
   };
 
   void check_settings() const;
+  void check_height(std::span<const SphereState> spheres) const;
   double stage_step(int stage) const {
     return runge_kutta[static_cast<std::size_t>(stage)].two_alpha * dt_;
   }
-  bool keeps_old_pressure() const { return boundary_ != nullptr; }
+  /// Spheres and implicit diffusion act between predictor and projection.
+  bool keeps_old_pressure() const { return boundary_ != nullptr || implicit(); }
+  bool implicit() const { return !diffusion_.empty(); }
+  void diffuse(int stage);
   void begin_stage(int stage);
   void predict_plane(int j);
   void close_wall_face(int j);
@@ -148,7 +153,6 @@ class Channel {
   double local_wall_sum() const;
   void measure_start();
   void choose_time_step();
-  double diffusion_limit() const;
   void check_field() const;
   [[noreturn]] void report_not_finite() const;
 
@@ -159,6 +163,7 @@ class Channel {
   Field<Real> velocity_, tendency_, pressure_;
   Predictor<Real> predictor_;
   PoissonSolver<Real> poisson_;
+  std::vector<PoissonSolver<Real>> diffusion_;  ///< of u, v, w; none where diffusion is explicit
   Fringe<Real> fringe_;
   std::vector<Real> zeros_;
   std::unique_ptr<ImmersedBoundary<Real>> boundary_;

@@ -20,13 +20,15 @@ double kinetic_energy_integral(const Field<Real>& velocity, const Grid& grid,
                                const Decomposition& slabs) {
   double sum = 0.0;
   for (int j = 0; j < velocity.planes(); ++j) {
-    double plane = 0.0;
-    for (int k = 0; k < velocity.nz(); ++k)
-      for (int c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
+      double plane = 0.0;
+      for (int k = 0; k < velocity.nz(); ++k) {
         const Real* q = velocity.row(j, k, c);
         for (int i = 0; i < velocity.nx(); ++i) plane += double(q[i]) * double(q[i]);
       }
-    sum += plane;
+      const int global = slabs.first() + j;
+      sum += plane * (c == 1 ? grid.gap(global) : grid.thickness(global));
+    }
   }
   return 0.5 * grid.cell_volume() * all_ranks(sum, MPI_SUM, slabs.comm());
 }
@@ -35,34 +37,43 @@ template <class Real>
 double largest_divergence(const Field<Real>& velocity, const Grid& grid,
                           const Decomposition& slabs) {
   double largest = 0.0;
-  for (int j = 0; j < velocity.planes(); ++j)
+  for (int j = 0; j < velocity.planes(); ++j) {
+    const double stretch = 1.0 / grid.thickness(slabs.first() + j);
     for (int k = 0; k < velocity.nz(); ++k) {
       const Real *u = velocity.row(j, k, 0), *v = velocity.row(j, k, 1), *w = velocity.row(j, k, 2);
       const Real *v_below = velocity.row(j - 1, k, 1), *w_back = velocity.row(j, k - 1, 2);
       for (int i = 0; i < velocity.nx(); ++i) {
-        const double d = (double(u[i]) - double(u[i - 1])) + (double(v[i]) - double(v_below[i])) +
+        const double d = (double(u[i]) - double(u[i - 1])) +
+                         stretch * (double(v[i]) - double(v_below[i])) +
                          (double(w[i]) - double(w_back[i]));
         largest = std::max(largest, std::abs(d));
       }
     }
+  }
   return all_ranks(largest, MPI_MAX, slabs.comm()) / grid.h;
 }
 
 template <class Real>
-double streamwise_sum(const Field<Real>& velocity, const Decomposition& slabs) {
+double streamwise_sum(const Field<Real>& velocity, const Grid& grid, const Decomposition& slabs) {
   double sum = 0.0;
-  for (int j = 0; j < velocity.planes(); ++j)
-    for (int k = 0; k < velocity.nz(); ++k) sum += row_sum(velocity.nx(), velocity.row(j, k, 0));
+  for (int j = 0; j < velocity.planes(); ++j) {
+    double plane = 0.0;
+    for (int k = 0; k < velocity.nz(); ++k) plane += row_sum(velocity.nx(), velocity.row(j, k, 0));
+    sum += plane * grid.thickness(slabs.first() + j);
+  }
   return all_ranks(sum, MPI_SUM, slabs.comm());
 }
 
 template <class Real>
-double largest_local_speed(const Field<Real>& velocity) {
+double largest_local_speed(const Field<Real>& velocity, const Grid& grid,
+                           const Decomposition& slabs) {
   Real largest = 0;
-  for (int j = 0; j < velocity.planes(); ++j)
+  for (int j = 0; j < velocity.planes(); ++j) {
+    const Real stretch = static_cast<Real>(stretch_at(grid, slabs.first() + j));
     for (int k = 0; k < velocity.nz(); ++k)
-      largest = std::max(
-          largest, largest_speed(velocity.nx(), velocity.component_stride(), velocity.row(j, k)));
+      largest = std::max(largest, largest_speed(velocity.nx(), stretch, velocity.component_stride(),
+                                                velocity.row(j, k)));
+  }
   return static_cast<double>(largest);
 }
 
@@ -86,8 +97,8 @@ BadPlace find_not_finite(const Field<Real>& velocity, const Decomposition& slabs
 #define BEDLOAD_INSTANTIATE(Real)                                                                 \
   template double kinetic_energy_integral(const Field<Real>&, const Grid&, const Decomposition&); \
   template double largest_divergence(const Field<Real>&, const Grid&, const Decomposition&);      \
-  template double streamwise_sum(const Field<Real>&, const Decomposition&);                       \
-  template double largest_local_speed(const Field<Real>&);                                        \
+  template double streamwise_sum(const Field<Real>&, const Grid&, const Decomposition&);          \
+  template double largest_local_speed(const Field<Real>&, const Grid&, const Decomposition&);     \
   template BadPlace find_not_finite(const Field<Real>&, const Decomposition&);
 BEDLOAD_INSTANTIATE(float)
 BEDLOAD_INSTANTIATE(double)

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "fluid/decomposition.hpp"
 #include "fluid/field.hpp"
 #include "fluid/grid.hpp"
@@ -9,7 +11,7 @@ namespace bedload {
 /// Integrals and extremes of a velocity field with valid ghosts. All are collective and return the
 /// same number on every rank.
 
-/// Sum over all cells of |u|^2/2 h^3, each component at its own faces [L^5/T^2].
+/// Sum over all cells of |u|^2/2 times their volume, each component at its own faces [L^5/T^2].
 template <class Real>
 double kinetic_energy_integral(const Field<Real>& velocity, const Grid& grid,
                                const Decomposition& slabs);
@@ -19,13 +21,20 @@ template <class Real>
 double largest_divergence(const Field<Real>& velocity, const Grid& grid,
                           const Decomposition& slabs);
 
-/// Sum over all u faces of u.
+/// Sum over all u faces of u, each times the height of its cell over h.
 template <class Real>
-double streamwise_sum(const Field<Real>& velocity, const Decomposition& slabs);
+double streamwise_sum(const Field<Real>& velocity, const Grid& grid, const Decomposition& slabs);
 
-/// Largest |u|+|v|+|w| [L/T] of this rank's cells alone.
+/// Largest |u| + |v| h/dy + |w| [L/T] of this rank's cells alone, dy being the height of the lower
+/// cell beside v.
 template <class Real>
-double largest_local_speed(const Field<Real>& velocity);
+double largest_local_speed(const Field<Real>& velocity, const Grid& grid,
+                           const Decomposition& slabs);
+
+/// h over the height of the lower one of the cells below and above face j.
+inline double stretch_at(const Grid& grid, int face) {
+  return 1.0 / std::min(grid.thickness(face), grid.thickness(face + 1));
+}
 
 /// Global cell of the first value that is not finite on this rank.
 struct BadPlace {

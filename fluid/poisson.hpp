@@ -3,35 +3,48 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <vector>
 
 #include "fluid/decomposition.hpp"
 #include "fluid/field.hpp"
 #include "fluid/grid.hpp"
 #include "fluid/plane_transform.hpp"
 #include "fluid/reduced_system.hpp"
+#include "fluid/y_row.hpp"
 
 namespace bedload {
 
-/// Direct solver of the discrete Poisson equation, plane by plane, to be driven by the two sweeps
-/// of a projection:
+/// Direct solver, plane by plane, of
 ///
-///   phi_i-1 + phi_i+1 + phi_j-1 + phi_j+1 + phi_k-1 + phi_k+1 - 6 phi = rhs
+///   mass_j (h^2 Laplacian - shift) phi = rhs
 ///
-/// (h^2 times the Laplacian), zero normal derivative at walls.
+/// for the pressure (shift 0, Poisson's equation) or for a velocity component whose diffusion is
+/// implicit (shift h^2/(nu dt'), Helmholtz' equation), with that quantity's conditions at walls,
+/// homogeneous. mass_j is the height of the cells about plane j over h (y_row.hpp): on cubes
+///
+///   phi_i-1 + phi_i+1 + phi_j-1 + phi_j+1 + phi_k-1 + phi_k+1 - (6 + shift) phi = rhs.
 ///
 /// Upwards: write the right-hand side of plane j into rhs_row(0..nz-1), call eliminate(j), for
 /// j = 0 .. planes-1. Then couple(). Downwards: substitute(j) for j = planes (the first plane of
 /// the slab above, unless there is a wall), planes-1, .., 0, after each of which solution_row(j, k)
 /// and solution_row(j+1, k) are valid.
 ///
-/// The right-hand side of plane 0 may lack an amount that only the rank below knows. That rank
-/// gives its negative in excess_row() before couple(): to the elimination it is the same as a
-/// change of the plane below the slab. Where planes are divided along z, row 0 may likewise lack
-/// what only the block behind knows; that one gives it in rhs_row(nz).
+/// The pressure's right-hand side of plane 0 lacks an amount that only the rank below knows, -v.
+/// That rank gives v over 1/gap (the coefficient of the plane below in that row) in excess_row()
+/// before couple(): to the elimination it is the same as a change of the plane below the slab.
+/// Where planes are divided along z, row 0 may likewise lack what only the block behind knows; that
+/// one gives it in rhs_row(nz).
 template <class Real>
 class PoissonSolver {
  public:
-  PoissonSolver(const Grid& grid, const Decomposition& decomposition);
+  /// For a velocity component or the pressure. Collective.
+  PoissonSolver(const Grid& grid, const Decomposition& decomposition,
+                int component = pressure_component);
+
+  /// Changes the shift (0 at first for the pressure, none for a velocity), which costs about as
+  /// much as eliminate() and substitute() without their transforms. Not between the two sweeps.
+  /// Collective.
+  void set_shift(double shift);
 
   Real* rhs_row(int k) { return real_row(work_, k); }
   Real* excess_row(int k) { return real_row(excess_, k); }
@@ -45,7 +58,8 @@ class PoissonSolver {
   /// of the block in front.
   bool gives_to_front() const { return transform_->has_row_in_front(); }
 
-  void eliminate(int j);
+  /// Takes `scale` times what stands in rhs_row() as the right-hand side.
+  void eliminate(int j, double scale = 1.0);
   void couple();
   void substitute(int j);
 
@@ -63,7 +77,7 @@ class PoissonSolver {
            transform_->pitch();
   }
   template <int parts>
-  void eliminate_rows(int j);
+  void eliminate_rows(int j, double scale);
   template <int parts>
   void substitute_rows(int j);
 
@@ -71,14 +85,18 @@ class PoissonSolver {
 
   std::unique_ptr<PlaneTransform<Real>> transform_;
   ReducedSystem<Real> reduced_;
+  bool of_pressure_;
   int planes_;
   bool coupled_below_, coupled_above_;
-  AlignedArray<Real> c_, f_;          // coefficients, [plane][row][mode]; f only with a slab below
-  AlignedArray<Real> eliminated_;     // d', [plane][row][mode][part]
-  AlignedArray<Real> first_;          // g
-  AlignedArray<Real> outside_;        // X + W of the rank below
-  AlignedArray<Real> last_, above_;   // x_j on the way down, first plane of the rank above
-  AlignedArray<Real> work_, excess_;  // real planes
+  std::vector<double> eigenvalue_;     // of h^2 times the differences along x and z
+  std::vector<YRow> rows_;             // of the own planes
+  std::vector<PlaneFactors> factors_;  // of the own planes
+  AlignedArray<Real> c_, f_;           // coefficients, [plane][row][mode]; f only with a slab below
+  AlignedArray<Real> eliminated_;      // d', [plane][row][mode][part]
+  AlignedArray<Real> first_;           // g
+  AlignedArray<Real> outside_;         // X + W of the rank below
+  AlignedArray<Real> last_, above_;    // x_j on the way down, first plane of the rank above
+  AlignedArray<Real> work_, excess_;   // real planes
   std::array<AlignedArray<Real>, 2> solution_;
 };
 

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <vector>
 
+#include "fluid/decomposition.hpp"
 #include "fluid/field.hpp"
 #include "fluid/momentum.hpp"
 #include "fluid/wall_ghosts.hpp"
@@ -19,80 +19,44 @@ struct PredictorStage {
   bool pressure = false;
   bool old_tendency = false;
   bool keep_tendency = false;
+  bool implicit = false;
 };
 
-/// Plane by plane predictor. Plane j is written over plane j-1, which nothing needs any more once
-/// plane j is done: no second velocity array, and the lines written are still in cache.
+/// Plane by plane predictor.
+///
+/// Explicit diffusion: plane j of u* is written over plane j-1, which nothing needs any more once
+/// plane j is done: no second velocity array, and the lines written are still in cache. Implicit
+/// diffusion: the velocity stays, and the right-hand side for u* - u goes where the caller says.
 template <class Real>
 class Predictor {
  public:
-  Predictor(const WallGhosts<Real>& walls, Field<Real>& velocity, Field<Real>& tendency,
-            Field<Real>& pressure)
-      : walls_(walls),
-        velocity_(velocity),
-        tendency_(tendency),
-        pressure_(pressure),
-        saved_(static_cast<std::size_t>(velocity.nx()) + 2) {}
+  Predictor(const Grid& grid, const Decomposition& slabs, const WallGhosts<Real>& walls,
+            Field<Real>& velocity, Field<Real>& tendency, Field<Real>& pressure);
 
-  void begin_stage(const PredictorStage<Real>& stage) {
-    stage_ = stage;
-    predict_ = choose(stage);
-  }
+  void begin_stage(const PredictorStage<Real>& stage);
 
   /// u* of plane j (all ghosts of velocity valid at the beginning of the sweep) into the storage of
   /// plane j-1, x and z ghosts included. To be called for j = 0, 1, .., planes-1 in this order.
-  void plane(int j) {
-    // The last row's w needs v of the plane below in row 0, which is overwritten first.
-    const Real* v = velocity_.row(j - 1, 0, 1);
-    std::copy_n(v - 1, saved_.size(), saved_.begin());
-    (this->*predict_)(j);
+  void plane(int j);
+
+  /// The right-hand side of plane j for u* - u, component c of row k into out(c, k).
+  template <class Out>
+  void implicit_plane(int j, Out out) {
+    for (int k = 0; k < velocity_.nz(); ++k) row(j, k, {out(0, k), out(1, k), out(2, k)});
   }
 
  private:
-  using Predict = void (Predictor::*)(int);
+  using Predict = void (*)(int nx, const MomentumFactors<Real>&, const PlaneMetric<Real>& cell,
+                           const PlaneMetric<Real>& face, const Real (&push)[3],
+                           const MomentumRows<Real>&);
+  static Predict choose(const PredictorStage<Real>& stage, bool stretched);
 
-  template <class Term>
-  void predict(int j) {
-    const int nx = velocity_.nx(), nz = velocity_.nz();
-    for (int k = 0; k < nz; ++k) {
-      const bool wraps = k == nz - 1 && velocity_.row(j - 1, nz, 1) == velocity_.row(j - 1, 0, 1);
-      predict_velocity<Term>(
-          nx, stage_.factor, stage_.push,
-          {.component = velocity_.component_stride(),
-           .here = velocity_.row(j, k),
-           .above = velocity_.row(j + 1, k),
-           .below = velocity_.row(j - 1, k),
-           .back = velocity_.row(j, k - 1),
-           .front = velocity_.row(j, k + 1),
-           .above_back = velocity_.row(j + 1, k - 1),
-           .v_below_front = wraps ? saved_.data() + 1 : velocity_.row(j - 1, k + 1, 1),
-           .tendency = tendency_.row(j, k),
-           .ahead = velocity_.row(j + 1, k + 1),
-           .tendency_ahead = tendency_.row(j, k + 1),
-           .p = pressure_.row(j, k),
-           .p_above = pressure_.row(j + 1, k),
-           .p_front = pressure_.row(j, k + 1)});
-      for (int c = 0; c < 3; ++c) walls_.close_row(velocity_.row(j - 1, k, c), c);
-    }
-    walls_.close_plane(velocity_, j - 1);
-  }
-
-  static Predict choose(const PredictorStage<Real>& s) {
-    return s.convection ? choose_pressure<true>(s) : choose_pressure<false>(s);
-  }
-  template <bool convection>
-  static Predict choose_pressure(const PredictorStage<Real>& s) {
-    return s.pressure ? choose_old<convection, true>(s) : choose_old<convection, false>(s);
-  }
-  template <bool convection, bool pressure>
-  static Predict choose_old(const PredictorStage<Real>& s) {
-    if (!s.old_tendency) return &Predictor::predict<Terms<convection, pressure, false, true>>;
-    if (s.keep_tendency) return &Predictor::predict<Terms<convection, pressure, true, true>>;
-    return &Predictor::predict<Terms<convection, pressure, true, false>>;
-  }
+  void row(int j, int k, const std::array<Real*, 3>& out);
 
   const WallGhosts<Real>& walls_;
   Field<Real>&velocity_, &tendency_, &pressure_;
+  bool stretched_;
+  std::vector<PlaneMetric<Real>> cells_, faces_;  // of the own planes
   std::vector<Real> saved_;
   PredictorStage<Real> stage_;
   Predict predict_ = nullptr;

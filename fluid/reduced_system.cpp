@@ -8,12 +8,12 @@ namespace bedload {
 
 template <class Real>
 ReducedSystem<Real>::ReducedSystem(const Grid& grid, const Decomposition& decomposition,
-                                   std::span<const double> eigenvalue, int parts)
+                                   std::size_t modes, int parts)
     : comm_(decomposition.y_comm()),
       rank_(decomposition.y_part()),
       ranks_(decomposition.y_parts()),
       cyclic_(grid.periodic(1)),
-      modes_(eigenvalue.size()),
+      modes_(modes),
       parts_(static_cast<std::size_t>(parts)) {
   const std::size_t slabs = static_cast<std::size_t>(ranks_), own = own_share();
   rows_.resize(own * slabs);
@@ -22,26 +22,37 @@ ReducedSystem<Real>::ReducedSystem(const Grid& grid, const Decomposition& decomp
   to_owner_.resize(3 * parts_ * modes_);
   at_owner_.resize(3 * parts_ * own * slabs);
   count_messages();
-  for (std::size_t m = 0; m < own; ++m) {
-    const std::size_t mode = share_begin(rank_) + m;
-    const bool mean = eigenvalue[mode] == 0.0;
-    for (int r = 0; r < ranks_; ++r) {
-      const SlabEnds ends{.wall_below = !cyclic_ && r == 0,
-                          .wall_above = !cyclic_ && r == ranks_ - 1};
-      const bool singular = mean && ends.wall_below && ends.wall_above;
-      const SlabCoupling slab = eliminate_slab(eigenvalue[mode], decomposition.planes(r), ends,
-                                               singular, [](int, double, double) {});
-      rows_[m * slabs + static_cast<std::size_t>(r)] = {.c = ends.wall_above ? 0.0 : slab.c_last,
-                                                        .f = slab.f_last,
-                                                        .alpha = slab.alpha,
-                                                        .beta = slab.beta,
-                                                        .lower = 0.0,
-                                                        .inverse_pivot = 0.0,
-                                                        .upper = 0.0,
-                                                        .response = 0.0};
+}
+
+template <class Real>
+void ReducedSystem<Real>::factorise(std::span<const SlabCoupling> own,
+                                    std::optional<std::size_t> open) {
+  const std::size_t slabs = static_cast<std::size_t>(ranks_), share = own_share();
+  constexpr std::size_t numbers = sizeof(SlabCoupling) / sizeof(double);
+  const auto in_numbers = [&](const std::vector<int>& values) {  // from 3 parts to these
+    std::vector<int> counts;
+    for (const int n : values)
+      counts.push_back(n / static_cast<int>(3 * parts_) * static_cast<int>(numbers));
+    return counts;
+  };
+  std::vector<SlabCoupling> all(share * slabs);
+  MPI_Alltoallv(own.data(), in_numbers(rank_counts_).data(), in_numbers(rank_offsets_).data(),
+                MPI_DOUBLE, all.data(), in_numbers(owner_counts_).data(),
+                in_numbers(owner_offsets_).data(), MPI_DOUBLE, comm_);
+  for (std::size_t m = 0; m < share; ++m) {
+    for (std::size_t r = 0; r < slabs; ++r) {
+      const SlabCoupling& slab = all[r * share + m];
+      rows_[m * slabs + r] = {.c = slab.c,
+                              .f = slab.f,
+                              .alpha = slab.alpha,
+                              .beta = slab.beta,
+                              .lower = 0.0,
+                              .inverse_pivot = 0.0,
+                              .upper = 0.0,
+                              .response = 0.0};
     }
     factorise_mode(m);
-    if (mean) inverse_last_[m] = 0.0;
+    if (open && share_begin(rank_) + m == *open) inverse_last_[m] = 0.0;
   }
 }
 

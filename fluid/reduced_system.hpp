@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "fluid/decomposition.hpp"
+#include "fluid/slab_elimination.hpp"
 
 namespace bedload {
 
@@ -18,17 +20,19 @@ namespace bedload {
 ///   f_r (X_r-1 + W_r-1) + X_r + c_r Y_r+1 = d'_r,
 ///   Y_r = g_r + alpha_r (X_r-1 + W_r-1) + beta_r X_r          (first plane of slab r),
 ///
-/// a tridiagonal system in r, cyclic where y is periodic. Its matrix never changes and is
-/// factorised once. The modes are dealt out over the ranks by one all-to-all message, solved in
-/// double, and sent back by another. The mean mode leaves the level of the pressure open; X of the
-/// last slab is set to zero there, on whatever number of ranks.
+/// a tridiagonal system in r, cyclic where y is periodic. The modes are dealt out over the ranks by
+/// one all-to-all message, solved in double, and sent back by another. The pressure's mean mode
+/// leaves its level open; X of the last slab is set to zero there, on whatever number of ranks.
 template <class Real>
 class ReducedSystem {
  public:
-  /// `eigenvalue` (one per mode, negative or zero) as in eliminate_slab; the mode with eigenvalue 0
-  /// is the mean mode. A mode has `parts` values: 2, real and imaginary, or 1.
-  ReducedSystem(const Grid& grid, const Decomposition& decomposition,
-                std::span<const double> eigenvalue, int parts);
+  /// A mode has `parts` values: 2, real and imaginary, or 1.
+  ReducedSystem(const Grid& grid, const Decomposition& decomposition, std::size_t modes, int parts);
+
+  /// Takes each mode's coefficients of this slab, hands them to the mode's owner and factorises;
+  /// before the first solve, and when they change. `open_level`: mode 0 is the pressure's mean
+  /// mode. Collective.
+  void factorise(std::span<const SlabCoupling> own, std::optional<std::size_t> open);
 
   /// What a rank knows after its elimination, one mode's parts after the other.
   struct Known {
@@ -51,7 +55,7 @@ class ReducedSystem {
  private:
   /// One mode's coefficients of one slab, and its row of the factorised system.
   struct Row {
-    double c, f, alpha, beta;            // see eliminate_slab; c = 0 beside the upper wall
+    double c, f, alpha, beta;            // see eliminate_slab
     double lower, inverse_pivot, upper;  // Thomas elimination of all rows but the last
     double response;                     // of X_r to the last slab's X
   };

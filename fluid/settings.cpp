@@ -16,6 +16,7 @@
 #include <string_view>
 
 #include "fluid/errors.hpp"
+#include "fluid/grid.hpp"
 #include "fluid/runge_kutta.hpp"
 
 namespace bedload {
@@ -57,6 +58,9 @@ const Words<Start> start_words{{"rest", Start::rest},
                                {"state", Start::state}};
 const Words<Switch> switch_words{
     {"auto", Switch::automatic}, {"on", Switch::on}, {"off", Switch::off}};
+const Words<Diffusion> diffusion_words{{"auto", Diffusion::automatic},
+                                       {"explicit", Diffusion::explicit_},
+                                       {"implicit", Diffusion::implicit}};
 const Words<std::string> precision_words{{"double", "double"}, {"single", "single"}};
 
 /// The one place where keys are declared: name, variable (its initialiser is the default), unit,
@@ -67,7 +71,14 @@ void declare_keys(Settings& s, Visitor& key) {
   key.integers("grid.cells", s.grid.cells, "-", Range{4, 1 << 20}, Need::required,
                "Cells along x, y and z.");
   key.numbers("grid.length", s.grid.length, "L", positive, Need::required,
-              "Edge lengths of the box along x, y and z; cells must come out cubic.");
+              "Edge lengths of the box along x, y and z; cells must come out cubic where y is not "
+              "stretched.");
+  key.number("grid.y_stretching", s.grid.y_stretching, "-", Range{0.0, 5.0}, Need::optional,
+             "Stretches y: s of the hyperbolic tangent that draws cells to the no-slip walls; 0: "
+             "does not. No spheres then.");
+  key.number("grid.y_uniform", s.grid.y_uniform, "L", not_negative, Need::optional,
+             "Stretches y: height from the lower end with cubic cells, for spheres; above it cells "
+             "grow by a constant ratio up to grid.length. 0: does not.");
   key.words("boundary.x", s.boundary.x, wall_words, "Lower and upper end of x.");
   key.words("boundary.y", s.boundary.y, wall_words, "Lower and upper end of y.");
   key.words("boundary.z", s.boundary.z, wall_words, "Lower and upper end of z.");
@@ -91,6 +102,9 @@ void declare_keys(Settings& s, Visitor& key) {
               "Gravity: gives the spheres' buoyancy, must equal LIGGGHTS' own.");
   key.word("fluid.convection", s.fluid.convection, switch_words,
            "Convective term; off solves the unsteady Stokes equations.");
+  key.word("fluid.diffusion", s.fluid.diffusion, diffusion_words,
+           "Viscous term in time; auto: implicit where time.step is longer than explicit diffusion "
+           "allows.");
   key.word("flow.driving", s.flow.driving, driving_words, "What keeps the flow going along x.");
   key.number("flow.bulk_velocity", s.flow.bulk_velocity, "L/T", any, Need::optional,
              "Mean of u over the whole box (spheres included), kept constant.");
@@ -418,6 +432,42 @@ void check_wall_velocities(const Settings& s) {
   }
 }
 
+/// Cells that grow by more than this ratio lose accuracy.
+constexpr double most_growth = 1.2;
+
+void check_stretching(const Settings& s) {
+  const auto fail = [&s](const std::string& sentence) {
+    throw UserError(fmt::format("{}: {}", s.file, sentence));
+  };
+  const auto& y = s.boundary.y;
+  const double stretching = s.grid.y_stretching, uniform = s.grid.y_uniform;
+  if (stretching == 0.0 && uniform == 0.0) return;
+  if (s.statistics.every > 0)
+    fail("'statistics.every' needs cubic cells, but y is stretched; set it to 0.");
+  if (stretching > 0.0 && uniform > 0.0)
+    fail("'grid.y_stretching' and 'grid.y_uniform' are two ways to stretch y; set one of them.");
+  if (y[0] == Wall::periodic)
+    fail("y is stretched between walls only, but 'boundary.y' is \"periodic\".");
+  if (stretching > 0.0) {
+    if (y[0] != Wall::no_slip && y[1] != Wall::no_slip)
+      fail("'grid.y_stretching' draws cells to no-slip walls, but 'boundary.y' has none.");
+    return;
+  }
+  const double h = s.grid.length[0] / s.grid.cells[0], cubes = uniform / h;
+  const int above = s.grid.cells[1] - static_cast<int>(std::lround(cubes));
+  if (std::abs(cubes - std::round(cubes)) > 1e-6 || cubes < 0.5 || above < 1)
+    fail(
+        fmt::format("'grid.y_uniform' is {}, but must be a whole number of cells, each {} high, "
+                    "from 1 to {} of them.",
+                    uniform, h, s.grid.cells[1] - 1));
+  const double ratio = growth_ratio(above, s.grid.length[1] - uniform, h);
+  if (ratio < 1.0 || ratio > most_growth)
+    fail(fmt::format(
+        "the {} cells above 'grid.y_uniform' = {} would have to grow by {:.3g} from one "
+        "to the next to reach the height {}, but 1 to {} is allowed.",
+        above, uniform, ratio, s.grid.length[1], most_growth));
+}
+
 /// What no single key can tell: the keys against each other.
 void check_together(const Settings& s) {
   const auto fail = [&s](const std::string& sentence) {
@@ -434,6 +484,7 @@ void check_together(const Settings& s) {
   const double h = s.grid.length[0] / s.grid.cells[0];
   for (std::size_t d = 1; d < 3; ++d) {
     const double other = s.grid.length[d] / s.grid.cells[d];
+    if (d == 1 && (s.grid.y_stretching > 0.0 || s.grid.y_uniform > 0.0)) continue;
     if (std::abs(other - h) > 1e-9 * h)
       fail(
           fmt::format("grid.length / grid.cells is {} along x but {} along {}; cells must be "
@@ -441,6 +492,7 @@ void check_together(const Settings& s) {
                       h, other, d == 1 ? "y" : "z"));
   }
   check_wall_velocities(s);
+  check_stretching(s);
   if (s.flow.driving != Driving::none && !is_periodic(s.boundary.x))
     fail("'flow.driving' needs 'boundary.x' = \"periodic\".");
   if (s.fringe.rate > 0.0) {

@@ -13,6 +13,9 @@ enum class Wall { periodic, no_slip, free_slip };
 /// What keeps the flow going.
 enum class Driving { none, bulk_velocity, pressure_gradient };
 
+/// How diffusion is stepped in time.
+enum class Diffusion { automatic, explicit_, implicit };
+
 /// The field that a run starts from.
 enum class Start { rest, laminar, logarithmic, state };
 
@@ -28,6 +31,8 @@ struct Settings {
   struct Grid {
     std::array<int, 3> cells{};
     std::array<double, 3> length{};
+    double y_stretching = 0.0;
+    double y_uniform = 0.0;
   } grid;
   struct Boundary {
     std::array<Wall, 2> x{Wall::periodic, Wall::periodic};
@@ -45,6 +50,7 @@ struct Settings {
     double kinematic_viscosity = 0.0;
     std::array<double, 3> gravity{};
     Switch convection = Switch::on;
+    Diffusion diffusion = Diffusion::automatic;
   } fluid;
   struct Flow {
     Driving driving = Driving::none;

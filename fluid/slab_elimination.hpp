@@ -1,60 +1,86 @@
 #pragma once
 
-namespace bedload {
+#include <cstddef>
+#include <span>
+#include <vector>
 
-/// Where a slab of planes ends.
-struct SlabEnds {
-  bool wall_below = false;  ///< zero normal derivative below plane 0
-  bool wall_above = false;  ///< zero normal derivative above the last plane
-};
+#include "fluid/y_row.hpp"
+
+namespace bedload {
 
 /// What couples a slab, once eliminated, to the planes X of its neighbours (see eliminate_slab).
 struct SlabCoupling {
-  double c_last = 0.0;  ///< of the last plane to the plane above the slab
-  double f_last = 0.0;  ///< of the last plane to the plane below the slab
-  double alpha = 0.0;   ///< of the first plane to the plane below the slab
-  double beta = 0.0;    ///< of the first plane to the last plane
+  double c = 0.0;      ///< of the last plane to the plane above the slab
+  double f = 0.0;      ///< of the last plane to the plane below the slab
+  double alpha = 0.0;  ///< of the first plane to the plane below the slab
+  double beta = 0.0;   ///< of the first plane to the last plane
 };
 
-/// Gaussian elimination, upwards, of the rows of one Fourier mode on a slab of planes 0 .. n-1,
+/// Numbers of one plane that turn its right-hand side into d' (see eliminate_slab).
+struct PlaneFactors {
+  double own = 1.0;     ///< 1/u_j
+  double before = 1.0;  ///< l_j/u_j
+  double first = 1.0;   ///< t_j
+};
+
+/// Factors of the planes of a slab. Where nothing lies above, u_j = 1 takes its place.
+inline std::vector<PlaneFactors> plane_factors(std::span<const YRow> rows) {
+  std::vector<PlaneFactors> factors;
+  double t = 1.0;
+  for (const YRow& row : rows) {
+    const double upper = row.upper != 0.0 ? row.upper : 1.0;
+    factors.push_back({1.0 / upper, row.lower / upper, t});
+    if (row.lower != 0.0) t *= upper / row.lower;
+  }
+  return factors;
+}
+
+/// Gaussian elimination, upwards, of many modes on a slab of planes 0 .. n-1,
 ///
-///   x_j-1 + b_j x_j + x_j+1 = d_j,      b_j = -2 + eigenvalue (+ 1 beside a wall),
+///   l_j x_j-1 + b_j x_j + u_j x_j+1 = d_j,      b_j = diagonal_j + eigenvalue mass_j,
 ///
 /// the plane below the slab, X = x_-1, being carried along as an unknown:
 ///
-///   x_j = d'_j - c_j x_j+1 - f_j X,     c_j = 1/(b_j - c_j-1),   f_j = -c_j f_j-1,
-///   d'_j = c_j (d_j - d'_j-1),          c_-1 = 0, d'_-1 = 0, f_-1 = -1 (0 above a wall).
+///   x_j = d'_j - c_j x_j+1 - f_j X,     c_j = u_j/(b_j - l_j c_j-1),
+///   f_j = -c_j (l_j/u_j) f_j-1,         d'_j = c_j (d_j/u_j - (l_j/u_j) d'_j-1),
+///   c_-1 = 0, d'_-1 = 0, f_-1 = -1 (0 above a wall, where l_0 = 0).
 ///
 /// Going on with the rows j < n-1 gives the first plane in terms of X and the last one alone,
 ///
-///   x_0 = g + alpha X + beta x_n-1,     g = - sum_{j<n-1} f_j-1 d'_j,
-///   alpha = sum_{j<n-1} f_j-1 f_j,      beta = - f_n-2,
+///   x_0 = g + alpha X + beta x_n-1,     g = - sum_{j<n-1} t_j f_j-1 d'_j,
+///   alpha = sum_{j<n-1} t_j f_j-1 f_j,  beta = -t_n-1 f_n-2,     t_j = prod_{i<j} u_i/l_i,
 ///
-/// because -f_j-1 is the product of -c_0 .. -c_j-1. `store(j, c_j, f_j)` is called for every plane.
-/// Where `singular` (the mean mode between two walls), the last pivot is zero; c = 0 there fixes
-/// the last plane at zero.
+/// because -t_j f_j-1 is the product of -c_0 .. -c_j-1. `store(j, c, f)` gets the arrays of plane
+/// j. Where `singular` (the mean mode between two walls), the last pivot of mode 0 is zero; c = 0
+/// there fixes the last plane at zero.
 template <class Store>
-SlabCoupling eliminate_slab(double eigenvalue, int planes, SlabEnds ends, bool singular,
-                            Store&& store) {
-  SlabCoupling slab;
-  double c = 0.0, f = ends.wall_below ? 0.0 : -1.0;
-  for (int j = 0; j < planes; ++j) {
-    const bool last = j == planes - 1;
-    double b = -2.0 + eigenvalue;
-    if (ends.wall_below && j == 0) b += 1.0;
-    if (ends.wall_above && last) b += 1.0;
-    const double f_before = f;
-    c = singular && last ? 0.0 : 1.0 / (b - c);
-    f = -c * f_before;
-    store(j, c, f);
+void eliminate_slab(std::span<const YRow> rows, std::span<const double> eigenvalue,
+                    std::size_t open, Store&& store, std::span<SlabCoupling> coupling) {
+  const std::vector<PlaneFactors> factors = plane_factors(rows);
+  const std::size_t modes = eigenvalue.size(), planes = rows.size();
+  const bool closed = rows.front().lower == 0.0 && rows.back().upper == 0.0;
+  const double begin = rows.front().lower != 0.0 ? -1.0 : 0.0;
+  std::vector<double> c(modes, 0.0), f(modes, begin), alpha(modes, 0.0), beta(modes, -begin);
+  for (std::size_t j = 0; j < planes; ++j) {
+    const YRow& row = rows[j];
+    const PlaneFactors& factor = factors[j];
+    const double upper = 1.0 / factor.own;
+    const bool last = j + 1 == planes;
     if (last)
-      slab.beta = -f_before;
-    else
-      slab.alpha += f_before * f;
+      for (std::size_t m = 0; m < modes; ++m) beta[m] = -factor.first * f[m];
+    for (std::size_t m = 0; m < modes; ++m)
+      c[m] = upper / (row.diagonal + eigenvalue[m] * row.mass - row.lower * c[m]);
+    if (last && open < modes && closed) c[open] = 0.0;
+    for (std::size_t m = 0; m < modes; ++m) {
+      const double before = f[m];
+      f[m] = -c[m] * factor.before * before;
+      alpha[m] += last ? 0.0 : factor.first * before * f[m];
+    }
+    store(j, c.data(), f.data());
   }
-  slab.c_last = c;
-  slab.f_last = f;
-  return slab;
+  const bool open_above = rows.back().upper != 0.0;
+  for (std::size_t m = 0; m < modes; ++m)
+    coupling[m] = {open_above ? c[m] : 0.0, f[m], alpha[m], beta[m]};
 }
 
 }  // namespace bedload

@@ -153,7 +153,7 @@ void write_start_field(Field<Real>& velocity, const Settings& settings, const Gr
 
   std::vector<double> u(static_cast<std::size_t>(nx)), v(u.size()), w(u.size());
   for (int j = 0; j < slabs.planes(); ++j) {
-    const double y = grid.centre(slabs.first() + j), y_face = grid.face(slabs.first() + j);
+    const double y = grid.y_centre(slabs.first() + j), y_face = grid.y_face(slabs.first() + j);
     const double at_centre = pi * std::clamp((y - bottom) / depth, 0.0, 1.0);
     const double at_face = pi * std::clamp((y_face - bottom) / depth, 0.0, 1.0);
     for (int k = 0; k < slabs.rows(); ++k) {

@@ -17,9 +17,10 @@ constexpr std::uint64_t metadata_room = 1 << 20;  // groups, headers and alignme
 
 std::string group_name(std::int64_t step) { return fmt::format("step_{:08d}", step); }
 
-std::vector<double> faces(int cells, double h) {
-  std::vector<double> position(static_cast<std::size_t>(cells) + 1);
-  for (int i = 0; i <= cells; ++i) position[static_cast<std::size_t>(i)] = i * h;
+std::vector<double> faces(const Grid& grid, std::size_t d) {
+  std::vector<double> position;
+  for (int i = -1; i < grid.cells[d]; ++i)
+    position.push_back(d == 1 ? grid.y_face(i) : grid.face(i));
   return position;
 }
 
@@ -86,7 +87,7 @@ void FieldWriter::create_file() {
   Hdf5File file(path_, Hdf5File::Access::create, MPI_COMM_SELF);
   file.make_group("grid");
   for (std::size_t d = 0; d < 3; ++d) {
-    const std::vector<double> position = faces(grid_.cells[d], grid_.h);
+    const std::vector<double> position = faces(grid_, d);
     const std::uint64_t n = position.size();
     file.write(fmt::format("grid/{}", "xyz"[d]), {{n}, {0}, {n}}, position.data());
   }

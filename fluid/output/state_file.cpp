@@ -204,6 +204,11 @@ StateRead read_state(const std::string& path, const Grid& grid, const Decomposit
   StateRead result{state.header(), state.header().cells != grid.cells, {}};
   together(slabs.comm(), [&] {
     check_box(path, state.header(), grid);
+    if (result.interpolated && grid.stretched())
+      throw UserError(fmt::format(
+          "{}: the state has other cells than the run, but a stretched y takes over states of its "
+          "own grid only.",
+          path));
     for (int c = 0; c < 4; ++c) {
       if (!state.has(c))
         pressure.fill(Real{});

@@ -85,24 +85,43 @@ inline double all_max(double value, MPI_Comm comm) {
   return value;
 }
 
-/// Largest difference of the velocity from value(component, place) over all own faces.
-template <class Real>
-double largest_error(const Channel<Real>& channel,
-                     const std::function<double(int, const Vec3&)>& value) {
+/// Calls use(velocity - value(component, place)) for all own faces.
+template <class Real, class Use>
+void for_errors(const Channel<Real>& channel, const std::function<double(int, const Vec3&)>& value,
+                Use use) {
   const Grid& grid = channel.grid();
-  double largest = 0.0;
   for (int j = 0; j < channel.decomposition().planes(); ++j)
     for (int k = 0; k < channel.decomposition().rows(); ++k)
       for (int c = 0; c < 3; ++c) {
         const Real* row = channel.velocity().row(j, k, c);
         for (int i = 0; i < grid.cells[0]; ++i) {
-          Vec3 place(grid.centre(i), grid.centre(channel.decomposition().first() + j),
-                     grid.centre(channel.decomposition().first_row() + k));
-          place[c] += 0.5 * grid.h;
-          largest = std::max(largest, std::abs(static_cast<double>(row[i]) - value(c, place)));
+          const int plane = channel.decomposition().first() + j;
+          const int line = channel.decomposition().first_row() + k;
+          const Vec3 place(c == 0 ? grid.face(i) : grid.centre(i),
+                           c == 1 ? grid.y_face(plane) : grid.y_centre(plane),
+                           c == 2 ? grid.face(line) : grid.centre(line));
+          use(static_cast<double>(row[i]) - value(c, place));
         }
       }
+}
+
+/// Largest difference of the velocity from value(component, place) over all own faces.
+template <class Real>
+double largest_error(const Channel<Real>& channel,
+                     const std::function<double(int, const Vec3&)>& value) {
+  double largest = 0.0;
+  for_errors(channel, value, [&](double e) { largest = std::max(largest, std::abs(e)); });
   return all_max(largest, channel.comm());
+}
+
+/// Root of the mean square of the same.
+template <class Real>
+double rms_error(const Channel<Real>& channel,
+                 const std::function<double(int, const Vec3&)>& value) {
+  double sum = 0.0;
+  for_errors(channel, value, [&](double e) { sum += e * e; });
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, channel.comm());
+  return std::sqrt(sum / (3.0 * channel.grid().cell_count()));
 }
 
 /// Largest difference, over all own values and ghosts that are not beyond a wall's edge, between

@@ -33,6 +33,8 @@ TEST(UserMistakes, AreNamedInOneSentence) {
 
   Settings s = good;
   s.time.step = 2.0;  // nu dt/h^2 = 1.28; allowed 2.5127/12 = 0.2094
+  EXPECT_EQ(complaint([&] { Channel<double>(s, MPI_COMM_WORLD); }), "");  // implicit by itself
+  s.fluid.diffusion = Diffusion::explicit_;
   EXPECT_THAT(complaint([&] { Channel<double>(s, MPI_COMM_WORLD); }),
               AllOf(HasSubstr("'time.step'"), HasSubstr("0.3272")));
 }

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "tests/fluid/flow_case.hpp"
@@ -23,13 +24,49 @@ const std::vector<Ends> all_ends{
     {no_slip, no_slip, no_slip},        {free_slip, periodic, open_channel},
     {under_a_lid, free_slip, no_slip}};
 
+/// Ends, stretched y and implicit diffusion together.
+struct Variant {
+  Ends ends;
+  double stretching = 0.0;
+  Diffusion diffusion = Diffusion::explicit_;
+};
+
+/// All ends on cubes with explicit diffusion; all of them with implicit; stretched where y has a
+/// no-slip wall, both ways.
+std::vector<Variant> all_variants() {
+  std::vector<Variant> all;
+  for (const Ends& ends : all_ends) {
+    all.push_back({ends});
+    all.push_back({ends, 0.0, Diffusion::implicit});
+    if (ends[1][0] != Wall::no_slip && ends[1][1] != Wall::no_slip) continue;
+    all.push_back({ends, 1.3, Diffusion::explicit_});
+    all.push_back({ends, 1.3, Diffusion::implicit});
+  }
+  return all;
+}
+
+std::string name_of(const Variant& variant) {
+  return fmt::format("{} stretching {} {}", name_of(variant.ends), variant.stretching,
+                     variant.diffusion == Diffusion::implicit ? "implicit" : "explicit");
+}
+
+Settings disturbed(const Variant& variant, double viscosity = 1e-3) {
+  Settings s = disturbed(variant.ends, viscosity);
+  s.grid.y_stretching = variant.stretching;
+  s.fluid.diffusion = variant.diffusion;
+  if (variant.stretching > 0.0) s.time.step *= 0.5;  // v crosses the thin cells beside walls
+  return s;
+}
+
 /// The same for comparing numbers of ranks: with many ranks a few of them.
-std::vector<Ends> ends_to_divide() {
-  if (world_size() <= 2) return all_ends;
-  return {{periodic, open_channel, periodic},
-          {periodic, periodic, under_a_lid},
-          {no_slip, no_slip, no_slip},
-          {free_slip, periodic, open_channel}};
+std::vector<Variant> variants_to_divide() {
+  if (world_size() <= 2) return all_variants();
+  return {{{periodic, open_channel, periodic}},
+          {{periodic, periodic, under_a_lid}, 0.0, Diffusion::implicit},
+          {{no_slip, no_slip, no_slip}, 1.3, Diffusion::implicit},
+          {{free_slip, periodic, open_channel}},
+          {{periodic, open_channel, periodic}, 1.3, Diffusion::explicit_},
+          {{periodic, open_channel, periodic}, 0.0, Diffusion::implicit}};
 }
 
 /// A constant bulk velocity where nothing stands in its way.
@@ -47,9 +84,10 @@ TYPED_TEST_SUITE(Conservation, Precisions);
 /// Velocities of order 2 over cells of 1/16: one rounding of a velocity is 32 eps of divergence,
 /// and a cell adds up six of them.
 TYPED_TEST(Conservation, DivergenceIsRoundOffAfterEveryStage) {
-  for (const Ends& ends : all_ends) {
-    SCOPED_TRACE(name_of(ends));
-    Settings s = disturbed(ends);
+  for (const Variant& variant : all_variants()) {
+    SCOPED_TRACE(name_of(variant));
+    const Ends& ends = variant.ends;
+    Settings s = disturbed(variant);
     drive(s, 1.0);
     Channel<TypeParam> channel(s, MPI_COMM_WORLD);
     // Where x has walls the start profile runs into them: a divergence of 16 to be taken away.
@@ -69,12 +107,13 @@ TYPED_TEST(Conservation, DivergenceIsRoundOffAfterEveryStage) {
 /// Driving, wall stress and the change of momentum balance to round-off in every step, whatever
 /// drives. The residual is in units of (largest speed * cells): a mean of roundings.
 TYPED_TEST(Conservation, MomentumBudgetCloses) {
-  for (const Ends& ends : all_ends)
+  for (const Variant& variant : all_variants())
     for (const Driving driving :
          {Driving::none, Driving::bulk_velocity, Driving::pressure_gradient}) {
+      const Ends& ends = variant.ends;
       if (ends[0] != periodic) continue;
-      SCOPED_TRACE(name_of(ends));
-      Settings s = disturbed(ends, 5e-3);
+      SCOPED_TRACE(name_of(variant));
+      Settings s = disturbed(variant, 5e-3);
       s.boundary.y_lower_velocity = {0.3, 0.0, 0.1};
       s.boundary.z_upper_velocity = {-0.2, 0.3, 0.0};
       s.flow.driving = driving;
@@ -106,11 +145,12 @@ TYPED_TEST(Conservation, MomentumBudgetCloses) {
 /// (the energy error of a linear oscillation would even be of fourth order, but not a nonlinear
 /// one's).
 TEST(Conservation, EnergyIsKeptWithoutViscosityToTheTimeSchemesOrder) {
-  for (const Ends& ends : {Ends{periodic, periodic, periodic}, Ends{periodic, free_slip, periodic},
-                           Ends{free_slip, periodic, free_slip}}) {
-    SCOPED_TRACE(name_of(ends));
-    const auto loss = [&ends](double dt, int steps) {
-      Settings s = disturbed(ends, 1e-30);
+  for (const Variant& variant :
+       {Variant{{periodic, periodic, periodic}}, Variant{{periodic, free_slip, periodic}},
+        Variant{{free_slip, periodic, free_slip}}, Variant{{periodic, no_slip, periodic}, 1.3}}) {
+    SCOPED_TRACE(name_of(variant));
+    const auto loss = [&variant](double dt, int steps) {
+      Settings s = disturbed(variant, 1e-30);
       s.time.step = dt;
       Channel<double> channel(s, MPI_COMM_WORLD);
       const double before = channel.kinetic_energy();
@@ -124,10 +164,10 @@ TEST(Conservation, EnergyIsKeptWithoutViscosityToTheTimeSchemesOrder) {
   }
 }
 
-/// Third order in time: three step lengths on one grid, differences between them.
-TEST(TimeScheme, ThirdOrder) {
-  const auto run = [](double dt, int steps) {
-    Settings s = disturbed({periodic, open_channel, periodic}, 2e-3);
+/// Order in time: three step lengths on one grid, differences between them.
+double time_order(const Variant& variant, double viscosity) {
+  const auto run = [&](double dt, int steps) {
+    Settings s = disturbed(variant, viscosity);
     s.flow.driving = Driving::bulk_velocity;
     s.flow.bulk_velocity = 1.0;
     s.time.step = dt;
@@ -135,7 +175,8 @@ TEST(TimeScheme, ThirdOrder) {
     advance(*channel, steps);
     return channel;
   };
-  const auto coarse = run(0.016, 10), middle = run(0.008, 20), fine = run(0.004, 40);
+  const double dt = variant.stretching > 0.0 ? 0.008 : 0.016;
+  const auto coarse = run(dt, 10), middle = run(dt / 2, 20), fine = run(dt / 4, 40);
   const auto difference = [](const Channel<double>& a, const Channel<double>& b) {
     double largest = 0.0;
     for (int j = 0; j < a.decomposition().planes(); ++j)
@@ -146,17 +187,33 @@ TEST(TimeScheme, ThirdOrder) {
                 largest, std::abs(a.velocity().row(j, k, c)[i] - b.velocity().row(j, k, c)[i]));
     return all_max(largest, a.comm());
   };
-  const double order = std::log2(difference(*coarse, *middle) / difference(*middle, *fine));
+  return std::log2(difference(*coarse, *middle) / difference(*middle, *fine));
+}
+
+TEST(TimeScheme, ThirdOrder) {
+  const double order = time_order({{periodic, open_channel, periodic}}, 2e-3);
   EXPECT_GT(order, 2.7);
   EXPECT_LT(order, 3.3);
+}
+
+/// Implicit diffusion, of a strength (nu dt/h^2 = 0.4) at which it counts: second order.
+TEST(TimeScheme, SecondOrderWithImplicitDiffusion) {
+  const Ends duct{periodic, open_channel, no_slip};
+  for (const Variant& variant :
+       {Variant{duct, 0.0, Diffusion::implicit}, Variant{duct, 1.3, Diffusion::implicit}}) {
+    const double order = time_order(variant, 0.1);
+    EXPECT_GT(order, 1.8) << name_of(variant);
+    EXPECT_LT(order, 2.3) << name_of(variant);
+  }
 }
 
 /// The same fields for any number of ranks in every split along y and z, ghosts included,
 /// pointwise, after some steps.
 TYPED_TEST(Conservation, FieldsDoNotDependOnTheRanks) {
-  for (const Ends& ends : ends_to_divide()) {
-    SCOPED_TRACE(name_of(ends));
-    Settings s = disturbed(ends);
+  for (const Variant& variant : variants_to_divide()) {
+    SCOPED_TRACE(name_of(variant));
+    const Ends& ends = variant.ends;
+    Settings s = disturbed(variant);
     drive(s, 1.0);
     Channel<TypeParam> whole(s, MPI_COMM_SELF);
     std::vector<std::unique_ptr<Channel<TypeParam>>> parallel;
@@ -190,9 +247,11 @@ TYPED_TEST(Conservation, FieldsDoNotDependOnTheRanks) {
 /// forcing enters between predictor and projection. Budget, divergence, bulk velocity and
 /// independence of the ranks must hold as before.
 TEST(WithSpheres, BudgetAndDivergenceHoldAndFieldsDoNotDependOnTheRanks) {
-  for (const Ends& ends : ends_to_divide()) {
-    SCOPED_TRACE(name_of(ends));
-    Settings s = disturbed(ends);
+  for (const Variant& variant : variants_to_divide()) {
+    if (variant.stretching > 0.0) continue;
+    SCOPED_TRACE(name_of(variant));
+    const Ends& ends = variant.ends;
+    Settings s = disturbed(variant);
     drive(s, 1.0);
     const std::vector<SphereState> spheres{
         {.tag = 7, .position = {0.4, 0.31, 0.35}, .radius = 0.2, .mobile = false},
@@ -219,7 +278,7 @@ TEST(WithSpheres, BudgetAndDivergenceHoldAndFieldsDoNotDependOnTheRanks) {
 
 /// The fused sweeps and the three calls of a coupled run are the same arithmetic.
 TYPED_TEST(Conservation, FusedAndSeparateStagesAgreeExactly) {
-  Settings s = disturbed({no_slip, open_channel, under_a_lid});
+  Settings s = disturbed(Ends{no_slip, open_channel, under_a_lid});
   for (const int z_parts : splits(world_size())) {
     s.ranks.along_z = z_parts;
     Channel<TypeParam> fused(s, MPI_COMM_WORLD), parts(s, MPI_COMM_WORLD);

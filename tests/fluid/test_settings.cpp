@@ -3,6 +3,7 @@
 
 #include "fluid/errors.hpp"
 #include "fluid/fft_length.hpp"
+#include "fluid/grid.hpp"
 #include "fluid/settings.hpp"
 
 namespace bedload {
@@ -54,8 +55,35 @@ TEST(Settings, MistakesNameFileKeyFoundAndAllowed) {
               AllOf(HasSubstr("'boundary.y_lower_velocity'"), HasSubstr("y component")));
   EXPECT_THAT(complaint(smallest, {"boundary.z_upper_velocity=[0.1, 0.0, 0.0]"}),
               AllOf(HasSubstr("'boundary.z_upper_velocity'"), HasSubstr("\"no_slip\"")));
+  EXPECT_THAT(complaint(smallest, {"grid.y_uniform=0.6"}),
+              AllOf(HasSubstr("'grid.y_uniform' is 0.6"), HasSubstr("whole number of cells")));
+  EXPECT_THAT(complaint(smallest, {"grid.y_uniform=0.5", "grid.length=[2.0, 3.0, 1.0]"}),
+              AllOf(HasSubstr("'grid.y_uniform' = 0.5"), HasSubstr("1.2 is allowed")));
+  EXPECT_THAT(complaint(smallest, {"grid.y_stretching=1.0", "boundary.y=\"free_slip\""}),
+              HasSubstr("no-slip walls"));
   EXPECT_THAT(complaint("title = \"x\"\n"), HasSubstr("'grid.cells' is missing"));
   EXPECT_THAT(complaint("title = \n"), HasSubstr("line 1"));
+}
+
+/// Cubes up to the height that is asked for, one ratio above, both ends met.
+TEST(Settings, StretchedFacesMeetTheBox) {
+  Settings s = parse_settings(
+      smallest, "fluid.toml",
+      {"grid.cells=[8, 10, 4]", "grid.length=[2.0, 3.0, 1.0]", "grid.y_uniform=1.0"});
+  Grid grid = make_grid(s);
+  EXPECT_EQ(grid.y_face(-1), 0.0);
+  EXPECT_EQ(grid.y_face(9), 3.0);
+  for (int j = 0; j < 4; ++j) EXPECT_NEAR(grid.thickness(j), 1.0, 1e-12);
+  for (int j = 3; j < 9; ++j)
+    EXPECT_NEAR(grid.thickness(j + 1) / grid.thickness(j), grid.thickness(4), 1e-9);
+  EXPECT_NEAR(grid.cubes_up_to(), 1.0, 1e-12);
+  s.grid.y_uniform = 0.0;
+  s.grid.y_stretching = 1.5;
+  s.boundary.y = {Wall::no_slip, Wall::no_slip};
+  grid = make_grid(s);
+  EXPECT_NEAR(grid.thickness(0), grid.thickness(9), 1e-12);
+  EXPECT_LT(grid.thickness(0), 0.5 * grid.thickness(4));
+  EXPECT_EQ(grid.cubes_up_to(), 0.0);
 }
 
 TEST(Settings, WrittenValuesReadBackTheSame) {

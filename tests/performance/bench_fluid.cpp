@@ -71,7 +71,8 @@ double sum_over_ranks(double value) {
 }
 
 template <class Real>
-Row measure(const std::array<int, 3>& cells, int along_z, double seconds, int repeats) {
+Row measure(const std::array<int, 3>& cells, bool implicit, int along_z, double seconds,
+            int repeats) {
   Settings s;
   s.grid.cells = cells;
   for (std::size_t d = 0; d < 3; ++d) s.grid.length[d] = double(cells[d]) / cells[1];
@@ -83,6 +84,7 @@ Row measure(const std::array<int, 3>& cells, int along_z, double seconds, int re
   s.start.disturbance = 0.2;
   s.time.step = 0.2 / cells[1];
   s.ranks.along_z = along_z;
+  s.fluid.diffusion = implicit ? Diffusion::implicit : Diffusion::explicit_;
 
   forget_peak_memory();
   const double before = peak_memory();
@@ -123,6 +125,7 @@ int run(int argc, char** argv) {
   CLI::App app("Rate of the channel solver beside the memory bandwidth, one line of JSON per row");
   std::vector<std::string> grids{"128x128x128", "256x128x128", "160x90x80", "192x192x192"};
   std::vector<std::string> precisions{"double", "single"};
+  std::vector<std::string> diffusions{"explicit", "implicit"};
   double seconds = 5.0;
   int repeats = 5, along_z = 0;
   std::string commit = "unknown";
@@ -130,6 +133,8 @@ int run(int argc, char** argv) {
   app.add_option("--precision", precisions, "double, single")
       ->check(CLI::IsMember({"double", "single"}));
   app.add_option("--along-z", along_z, "Blocks along z; 0: chosen as in a run");
+  app.add_option("--diffusion", diffusions, "explicit, implicit")
+      ->check(CLI::IsMember({"explicit", "implicit"}));
   app.add_option("--seconds", seconds, "Time for each row, set-up not counted");
   app.add_option("--repeats", repeats, "Samples that the medians are taken of");
   app.add_option("--commit", commit, "Name of the measured state, for the rows");
@@ -138,24 +143,24 @@ int run(int argc, char** argv) {
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   for (const std::string& grid : grids)
-    for (const std::string& precision : precisions) {
-      const double triad = triad_bandwidth(MPI_COMM_WORLD, std::max(5, repeats));
-      const std::array<int, 3> cells = read_grid(grid);
-      const bool single = precision == "single";
-      const Row row = single ? measure<float>(cells, along_z, seconds, repeats)
-                             : measure<double>(cells, along_z, seconds, repeats);
-      if (rank != 0) continue;
-      const double roofline = row.rate * (single ? 240.0 : 480.0) * 1e-3 / triad;
-      fmt::print(
-          "{{\"name\": \"fluid\", \"grid\": \"{}\", \"ranks\": {}, \"blocks\": \"{}\", "
-          "\"precision\": \"{}\", "
-          "\"diffusion\": \"explicit\", \"mcells_per_s\": {:.2f}, \"bytes_per_cell\": {:.1f}, "
-          "\"bytes_sent_per_cell\": {:.2f}, "
-          "\"triad_gb_s\": {:.2f}, \"roofline_fraction\": {:.3f}, \"commit\": \"{}\"}}\n",
-          grid, ranks_of(MPI_COMM_WORLD), row.blocks, row.precision, row.rate, row.bytes_per_cell,
-          row.sent_per_cell, triad, roofline, commit);
-      std::cout.flush();
-    }
+    for (const std::string& precision : precisions)
+      for (const std::string& diffusion : diffusions) {
+        const double triad = triad_bandwidth(MPI_COMM_WORLD, std::max(5, repeats));
+        const std::array<int, 3> cells = read_grid(grid);
+        const bool single = precision == "single", implicit = diffusion == "implicit";
+        const Row row = single ? measure<float>(cells, implicit, along_z, seconds, repeats)
+                               : measure<double>(cells, implicit, along_z, seconds, repeats);
+        if (rank != 0) continue;
+        const double roofline = row.rate * (single ? 240.0 : 480.0) * 1e-3 / triad;
+        fmt::print(
+            "{{\"name\": \"fluid\", \"grid\": \"{}\", \"ranks\": {}, \"blocks\": \"{}\", "
+            "\"precision\": \"{}\", \"diffusion\": \"{}\", \"mcells_per_s\": {:.2f}, "
+            "\"bytes_per_cell\": {:.1f}, \"bytes_sent_per_cell\": {:.2f}, \"triad_gb_s\": {:.2f}, "
+            "\"roofline_fraction\": {:.3f}, \"commit\": \"{}\"}}\n",
+            grid, ranks_of(MPI_COMM_WORLD), row.blocks, row.precision, diffusion, row.rate,
+            row.bytes_per_cell, row.sent_per_cell, triad, roofline, commit);
+        std::cout.flush();
+      }
   return 0;
 }
 

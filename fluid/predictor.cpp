@@ -1,0 +1,118 @@
+#include "fluid/predictor.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace bedload {
+namespace {
+
+template <class Real>
+PlaneMetric<Real> cell_metric(const Grid& grid, int j) {
+  const double height = 1.0 / grid.thickness(j);
+  return {.height = static_cast<Real>(height),
+          .above = static_cast<Real>(height / grid.gap(j)),
+          .below = static_cast<Real>(height / grid.gap(j - 1))};
+}
+
+template <class Real>
+PlaneMetric<Real> face_metric(const Grid& grid, int j) {
+  const double height = 1.0 / grid.gap(j);
+  return {.height = static_cast<Real>(height),
+          .above = static_cast<Real>(height / grid.thickness(j + 1)),
+          .below = static_cast<Real>(height / grid.thickness(j)),
+          .here = static_cast<Real>(height * grid.thickness(j)),
+          .next = static_cast<Real>(height * grid.thickness(j + 1))};
+}
+
+}  // namespace
+
+template <class Real>
+Predictor<Real>::Predictor(const Grid& grid, const Decomposition& slabs,
+                           const WallGhosts<Real>& walls, Field<Real>& velocity,
+                           Field<Real>& tendency, Field<Real>& pressure)
+    : walls_(walls),
+      velocity_(velocity),
+      tendency_(tendency),
+      pressure_(pressure),
+      stretched_(grid.stretched()),
+      saved_(static_cast<std::size_t>(velocity.nx()) + 2) {
+  for (int j = 0; j < slabs.planes(); ++j) {
+    cells_.push_back(cell_metric<Real>(grid, slabs.first() + j));
+    faces_.push_back(face_metric<Real>(grid, slabs.first() + j));
+  }
+}
+
+template <class Real>
+void Predictor<Real>::begin_stage(const PredictorStage<Real>& stage) {
+  stage_ = stage;
+  predict_ = choose(stage, stretched_);
+}
+
+template <class Real>
+void Predictor<Real>::plane(int j) {
+  // The last row's w needs v of the plane below in row 0, which is overwritten first.
+  const Real* v = velocity_.row(j - 1, 0, 1);
+  std::copy_n(v - 1, saved_.size(), saved_.begin());
+  for (int k = 0; k < velocity_.nz(); ++k) {
+    row(j, k, {});
+    for (int c = 0; c < 3; ++c) walls_.close_row(velocity_.row(j - 1, k, c), c);
+  }
+  walls_.close_plane(velocity_, j - 1);
+}
+
+template <class Real>
+void Predictor<Real>::row(int j, int k, const std::array<Real*, 3>& out) {
+  const int nx = velocity_.nx(), nz = velocity_.nz();
+  const bool overwritten =
+      !stage_.implicit && k == nz - 1 && velocity_.row(j - 1, nz, 1) == velocity_.row(j - 1, 0, 1);
+  const auto plane = static_cast<std::size_t>(j);
+  predict_(nx, stage_.factor, cells_[plane], faces_[plane], stage_.push,
+           {.component = velocity_.component_stride(),
+            .here = velocity_.row(j, k),
+            .above = velocity_.row(j + 1, k),
+            .below = velocity_.row(j - 1, k),
+            .back = velocity_.row(j, k - 1),
+            .front = velocity_.row(j, k + 1),
+            .above_back = velocity_.row(j + 1, k - 1),
+            .v_below_front = overwritten ? saved_.data() + 1 : velocity_.row(j - 1, k + 1, 1),
+            .tendency = tendency_.row(j, k),
+            .ahead = velocity_.row(j + 1, k + 1),
+            .tendency_ahead = tendency_.row(j, k + 1),
+            .p = pressure_.row(j, k),
+            .p_above = pressure_.row(j + 1, k),
+            .p_front = pressure_.row(j, k + 1),
+            .out = {out[0], out[1], out[2]}});
+}
+
+namespace {
+
+/// Turns run-time switches into template arguments, one after the other.
+template <class Use>
+auto with(bool on, Use use) {
+  return on ? use(std::true_type{}) : use(std::false_type{});
+}
+
+}  // namespace
+
+template <class Real>
+typename Predictor<Real>::Predict Predictor<Real>::choose(const PredictorStage<Real>& s,
+                                                          bool is_stretched) {
+  return with(s.convection, [&](auto convection) {
+    return with(is_stretched, [&](auto stretched) {
+      const auto rest = [&](auto pressure, auto implicit) -> Predict {
+        constexpr bool c = convection, p = pressure, y = stretched, i = implicit;
+        if (!s.old_tendency) return &predict_velocity<Terms<c, p, false, true, y, i>, Real>;
+        if (s.keep_tendency) return &predict_velocity<Terms<c, p, true, true, y, i>, Real>;
+        return &predict_velocity<Terms<c, p, true, false, y, i>, Real>;
+      };
+      if (s.implicit) return rest(std::true_type{}, std::true_type{});
+      return s.pressure ? rest(std::true_type{}, std::false_type{})
+                        : rest(std::false_type{}, std::false_type{});
+    });
+  });
+}
+
+template class Predictor<float>;
+template class Predictor<double>;
+
+}  // namespace bedload
