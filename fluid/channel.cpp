@@ -150,8 +150,11 @@ double Channel<Real>::local_wall_sum() const {
     if (slabs_.at_lower_wall()) sum += across(-1, k, 0, k) / grid_.gap(-1);
     if (slabs_.at_upper_wall()) sum += across(top + 1, k, top, k) / grid_.gap(grid_.cells[1] - 1);
   }
-  for (int j = 0; j <= top && !grid_.periodic(2); ++j)
-    sum += grid_.thickness(slabs_.first() + j) * (across(j, -1, j, 0) + across(j, nz, j, nz - 1));
+  for (int j = 0; j <= top; ++j) {
+    const double thickness = grid_.thickness(slabs_.first() + j);
+    if (slabs_.at_back_wall()) sum += thickness * across(j, -1, j, 0);
+    if (slabs_.at_front_wall()) sum += thickness * across(j, nz, j, nz - 1);
+  }
   return sum;
 }
 
