@@ -53,7 +53,7 @@ def liggghts(script: str | Path, *options: str) -> list[str]:
     return [str(BIN / "bedload-dem"), "-in", str(SCENES / script), "-log", "none", *options]
 
 
-def run(line: list[str], folder: Path, timeout: float = 60.0) -> Result:
+def run(line: list[str], folder: Path, timeout: float = 240.0) -> Result:
     """Runs to the end; a job that hangs is a failure."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     start = time.monotonic()
