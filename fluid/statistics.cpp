@@ -77,9 +77,11 @@ Statistics<Real>::Statistics(const Settings& settings, const Grid& grid, const D
       sums_(quantities * planes_),
       first_(planes_),
       last_(planes_) {
-  for (const double height : settings.statistics.spectra_heights)
-    spectrum_planes_.push_back(
-        std::clamp(static_cast<int>(std::floor(height / grid.h)), 0, grid.cells[1] - 1));
+  for (const double height : settings.statistics.spectra_heights) {
+    int plane = 0;
+    while (plane + 1 < grid.cells[1] && grid.y_face(plane) <= height) ++plane;
+    spectrum_planes_.push_back(plane);
+  }
   if (spectrum_planes_.empty()) return;
   const auto nx = static_cast<std::size_t>(grid.cells[0]),
              nz = static_cast<std::size_t>(grid.cells[2]);
@@ -115,7 +117,7 @@ template <class Real>
 void Statistics<Real>::add_plane(const FlowView<Real>& flow, std::span<const SphereState> spheres,
                                  int j, double duration) {
   const int nx = grid_.cells[0], nz = slabs_.rows(), global = slabs_.first() + j;
-  const double y = grid_.centre(global), y_face = grid_.face(global);
+  const double y = grid_.y_centre(global), y_face = grid_.y_face(global);
   // One place of the cell: its height and offsets, its count, the quantities behind the count.
   const auto add = [&]<std::size_t N>(double height, double offset_x, double offset_z,
                                       Quantity count, std::array<Quantity, N> where,
@@ -307,8 +309,8 @@ FlowStatistics Statistics<Real>::result() const {
   s.begin = begin_;
   s.end = end_;
   if (samples_ == 0) return s;
-  for (int j = 0; j < grid_.cells[1]; ++j) s.y.push_back(grid_.centre(j));
-  for (int j = -1; j < grid_.cells[1]; ++j) s.y_face.push_back(grid_.face(j));
+  for (int j = 0; j < grid_.cells[1]; ++j) s.y.push_back(grid_.y_centre(j));
+  for (int j = -1; j < grid_.cells[1]; ++j) s.y_face.push_back(grid_.y_face(j));
   fill_profiles(s, total);
   fill_balance(s, total);
   fill_friction(s);
