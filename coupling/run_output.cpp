@@ -8,6 +8,7 @@
 
 #include "coupling/effects.hpp"
 #include "fluid/bandwidth.hpp"
+#include "fluid/diffusion.hpp"
 #include "fluid/errors.hpp"
 #include "fluid/fft_length.hpp"
 #include "fluid/output/agreement.hpp"
@@ -178,7 +179,8 @@ std::vector<PhaseRow> RunOutput<Real>::phases() const {
                     {.cells = channel.grid().cell_count(),
                      .stages = 3.0 * static_cast<double>(channel.step() - first_step_),
                      .real_bytes = sizeof(Real),
-                     .old_pressure = !simulation_.spheres().empty()},
+                     .old_pressure = !simulation_.spheres().empty(),
+                     .implicit_diffusion = diffusion_is_implicit(settings_, channel.grid())},
                     channel.comm());
 }
 

@@ -442,8 +442,6 @@ void check_stretching(const Settings& s) {
   const auto& y = s.boundary.y;
   const double stretching = s.grid.y_stretching, uniform = s.grid.y_uniform;
   if (stretching == 0.0 && uniform == 0.0) return;
-  if (s.statistics.every > 0)
-    fail("'statistics.every' needs cubic cells, but y is stretched; set it to 0.");
   if (stretching > 0.0 && uniform > 0.0)
     fail("'grid.y_stretching' and 'grid.y_uniform' are two ways to stretch y; set one of them.");
   if (y[0] == Wall::periodic)

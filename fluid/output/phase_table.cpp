@@ -17,8 +17,9 @@ std::vector<PhaseRow> phase_rows(const PhaseClock& clock, const PhaseWork& work,
     PhaseRow row;
     row.phase = flow_phase_names[n];
     row.seconds = seconds[n] / ranks;
-    row.bytes_per_cell = static_cast<double>(work.real_bytes) *
-                         numbers_moved(static_cast<FlowPhase>(n), work.old_pressure);
+    if (!work.implicit_diffusion)
+      row.bytes_per_cell = static_cast<double>(work.real_bytes) *
+                           numbers_moved(static_cast<FlowPhase>(n), work.old_pressure);
     const double updates = work.cells * work.stages;
     if (updates > 0.0) row.ns_per_cell = 1e9 * row.seconds / updates;
     if (row.seconds > 0.0) row.gb_per_s = 1e-9 * row.bytes_per_cell * updates / row.seconds;

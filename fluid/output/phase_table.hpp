@@ -23,6 +23,7 @@ struct PhaseWork {
   double cells = 0.0, stages = 0.0;  ///< of the whole grid; all stages of all steps
   std::size_t real_bytes = 8;
   bool old_pressure = false;
+  bool implicit_diffusion = false;  ///< its traffic is not counted: times alone
 };
 
 /// Collective over `comm`.

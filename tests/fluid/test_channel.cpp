@@ -128,8 +128,7 @@ TEST(Phases, HaveTheirTrafficAndItsShareOfTheBandwidth) {
   clock.start();
   clock.lap(FlowPhase::momentum);
   const auto rows =
-      phase_rows(clock, {.cells = 1000.0, .stages = 30.0, .real_bytes = 8, .old_pressure = false},
-                 MPI_COMM_SELF);
+      phase_rows(clock, {.cells = 1000.0, .stages = 30.0, .real_bytes = 8}, MPI_COMM_SELF);
   double bytes = 0.0;
   for (const PhaseRow& row : rows) bytes += row.bytes_per_cell;
   // What the README of the memory layout counts: about 160 bytes per cell and stage.
