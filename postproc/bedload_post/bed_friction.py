@@ -27,17 +27,19 @@ def friction_velocity(run: Run, since: float) -> tuple[float, str]:
     """u_tau [L/T] and where it is from: total stress at the bed's top, else the driving force.
 
     In the mean both are the same number: the driving force times the depth is what the bed with its
-    grains takes up.
+    grains takes up. Statistics over less than half of the time from `since` on are not used.
     """
     bed_top = run.box[1] - run.depth
     density = run.value("fluid.density")
+    history = run.history()
     try:
-        stress = bed_stress(flow_statistics.read(run), bed_top, bed_top + 0.4 * run.depth)
-        if stress > 0:
+        statistics = flow_statistics.read(run)
+        covered = statistics.end - max(statistics.begin, since)
+        stress = bed_stress(statistics, bed_top, bed_top + 0.4 * run.depth)
+        if stress > 0 and covered >= 0.5 * (history["time"][-1] - since):
             return math.sqrt(stress / density), "total stress extrapolated to the bed's top"
     except MissingOutput:
         pass
-    history = run.history()
     driving = history["driving"][history["time"] >= since]
     if len(driving) == 0 or np.mean(driving) <= 0:
         raise MissingOutput(f"history.csv of {run.folder} has no driving force after t = {since:g}.")

@@ -133,7 +133,7 @@ def test_bed_stress_is_extrapolated_from_the_clear_flow(tmp_path):
     face = np.linspace(0.0, 9.0, 46)
     stress = np.where(face > 3.0, 0.002 * (9.0 - face), 0.001)
     folder = write_run(tmp_path / "run", wandering_story())
-    facts = {"samples": 10, "begin": 0.0, "end": 1.0, "driving": 0.002, "wall_stress": [0.0, 0.0]}
+    facts = {"samples": 10, "begin": 0.0, "end": 50.0, "driving": 0.002, "wall_stress": [0.0, 0.0]}
     with h5py.File(folder / "statistics.h5", "w") as file:
         file.attrs.update(facts | {"u_tau": 0.1, "stress_defect": 0.0})
         file["profiles/y_face"] = face
@@ -144,6 +144,9 @@ def test_bed_stress_is_extrapolated_from_the_clear_flow(tmp_path):
     friction, source = bed_friction.friction_velocity(run, 0.0)
     assert friction == pytest.approx(np.sqrt(0.016), rel=1e-12)
     assert "total stress" in source
+    with h5py.File(folder / "statistics.h5", "r+") as file:
+        file.attrs["end"] = 1.0  # of some twenty: not the record's
+    assert "driving force" in bed_friction.friction_velocity(run, 0.0)[1]
     (folder / "statistics.h5").unlink()
     # history.csv has driving 0.004 over a depth of 8.
     assert bed_friction.friction_velocity(run, 0.0)[0] == pytest.approx(np.sqrt(0.032), rel=1e-12)
