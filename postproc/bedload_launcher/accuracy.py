@@ -30,7 +30,7 @@ class Preset:
 PRESETS = {
     "draft": Preset(0.8, "single", 1, "a coarser grid in single precision"),
     "standard": Preset(1.0, "double", 0, "the scene as it stands"),
-    "fine": Preset(1.4, "double", 2, "a finer grid and a second forcing loop"),
+    "fine": Preset(1.4, "double", 0, "a finer grid"),
 }
 
 

@@ -165,6 +165,29 @@ def front(points: list[Point]) -> set[str]:
     }
 
 
+def read_table(file: Path) -> list[Point]:
+    if not file.is_file():
+        return []
+    with file.open(newline="", encoding="utf-8") as stream:
+        return [
+            Point(
+                row["case"], row["label"], row["knob"], float(row["error"]),
+                float(row["core_seconds"]), float(row["megabytes"]),
+            )
+            for row in csv.DictReader(stream)
+        ]  # fmt: skip
+
+
+def write_table(file: Path, points: list[Point]) -> None:
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        table = csv.DictWriter(stream, [*Point.__dataclass_fields__, "best"], lineterminator="\n")
+        table.writeheader()
+        for case in dict.fromkeys(p.case for p in points):
+            mine = [p for p in points if p.case == case]
+            best = front(mine)
+            table.writerows(asdict(p) | {"best": int(p.label in best)} for p in mine)
+
+
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--case", action="append", metavar="NAME", help=f"of {', '.join(CASES)}")
     parser.add_argument("--runs", type=Path, default=Path("runs/accuracy"), help="where runs go")
@@ -177,8 +200,10 @@ def run(options: argparse.Namespace) -> int:
             raise unknown("case", name, CASES)
     report = options.report or options.runs / "report"
     report.mkdir(parents=True, exist_ok=True)
-    points = []
-    for case in options.case or CASES:
+    cases = options.case or list(CASES)
+    # What the table has of other cases stays.
+    points = [p for p in read_table(report / "accuracy.csv") if p.case not in cases]
+    for case in cases:
         for label, knob, n, settings in choices(case):
             point = measure(case, label, knob, n, settings, options)
             points.append(point)
@@ -187,14 +212,6 @@ def run(options: argparse.Namespace) -> int:
                 f"{point.core_seconds:8.1f} core-s {point.megabytes:7.0f} MB",
                 flush=True,
             )
-    with (report / "accuracy.csv").open("w", newline="", encoding="utf-8") as stream:
-        table = csv.DictWriter(
-            stream, [*Point.__dataclass_fields__, "best"], lineterminator="\n"
-        )
-        table.writeheader()
-        for case in dict.fromkeys(p.case for p in points):
-            mine = [p for p in points if p.case == case]
-            best = front(mine)
-            table.writerows(asdict(p) | {"best": int(p.label in best)} for p in mine)
+        write_table(report / "accuracy.csv", points)
     write_report(report, points, front)
     return 0
