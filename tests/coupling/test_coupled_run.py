@@ -145,7 +145,8 @@ def test_a_run_ends_with_its_slip_and_what_each_effect_cost(tmp_path):
     parts = ("immersed boundary", "moving boundary", "interior term", "extra forcing loops")
     assert all(share[name] > 0.0 for name in parts)
     markers = float(re.search(r"^markers .* (\d+\.\d)%", result.output, re.MULTILINE)[1])
-    assert 0.5 * markers < sum(share[name] for name in parts) < markers + 0.5
+    # A tenth more: five steps of milliseconds each, two clocks inside one another.
+    assert 0.5 * markers < sum(share[name] for name in parts) < 1.1 * markers + 0.5
     assert share["grain motion"] > 0.0
 
 

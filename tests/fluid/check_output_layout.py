@@ -105,7 +105,7 @@ class Layout(unittest.TestCase):
     def test_text_files(self):
         with (FOLDER / "settings.toml").open("rb") as file:
             self.assertEqual(tomllib.load(file)["grid"]["cells"], [16, 8, 8])
-        for name, columns in (("history.csv", 14), ("timing.csv", 5)):
+        for name, columns in (("history.csv", 16), ("timing.csv", 5)):
             with (FOLDER / name).open(newline="") as file:
                 rows = list(csv.reader(file))
             self.assertTrue(len(rows) > 1 and all(len(row) == columns for row in rows), name)
