@@ -12,6 +12,7 @@
 #include "coupling/quiet_screen.hpp"
 #include "coupling/register_coupling.hpp"
 #include "coupling/roles.hpp"
+#include "coupling/signals.hpp"
 #include "fluid/errors.hpp"
 #include "input.h"
 #include "lammps.h"
@@ -32,9 +33,7 @@ constexpr const char* early_end =
     "the LIGGGHTS script came to its end before the fluid did; it needs a fix couple/fluid and "
     "behind it coupled_run (without 'steps' for the last one).";
 
-/// Ctrl-C, or a batch system's warning, lets plain LIGGGHTS end after its present step. In a
-/// coupled job the partner would wait for it, so there the signal ends the process and with it the
-/// job.
+/// Ctrl-C, or a batch system's warning, lets plain LIGGGHTS end after its present step.
 void handle_signals_as_liggghts_does() {
   std::signal(SIGINT, LAMMPS_NS::SignalHandler::int_handler);
   std::signal(SIGTERM, LAMMPS_NS::SignalHandler::int_handler);
@@ -71,12 +70,14 @@ class LastWord {
   bool silent_ = false;
 };
 
-void run_script(Job& job, int argc, char** argv) {
+int run_script(Job& job, int argc, char** argv) {
   DemSide side(job);
-  if (job.alone())
+  if (job.alone()) {
     handle_signals_as_liggghts_does();
-  else
+  } else {
+    leave_signals_to_partner();
     attach(job.own(), &side);
+  }
 
   LiggghtsProgram program(job.own());
   {
@@ -93,6 +94,7 @@ void run_script(Job& job, int argc, char** argv) {
   }
   program.finish();
   if (!job.alone() && !side.stopped()) throw UserError(early_end);
+  return 0;
 }
 
 }  // namespace
@@ -100,5 +102,6 @@ void run_script(Job& job, int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace bedload;
-  return run_program(argc, argv, Program::dem, [&](Job& job) { run_script(job, argc, argv); });
+  return run_program(argc, argv, Program::dem,
+                     [&](Job& job) { return run_script(job, argc, argv); });
 }

@@ -9,12 +9,14 @@
 #include <filesystem>
 #include <optional>
 
+#include "coupling/checkpoints.hpp"
 #include "coupling/clock.hpp"
 #include "coupling/effects.hpp"
 #include "coupling/fluid_options.hpp"
 #include "coupling/fluid_side.hpp"
 #include "coupling/roles.hpp"
 #include "coupling/run_output.hpp"
+#include "coupling/signals.hpp"
 #include "coupling/simulation.hpp"
 #include "fluid/errors.hpp"
 #include "fluid/output/state_file.hpp"
@@ -24,7 +26,7 @@
 namespace bedload {
 namespace {
 
-FluidFacts facts_of(const Settings& s) {
+FluidFacts facts_of(const Settings& s, const Resumption* from) {
   FluidFacts facts{};
   facts.length = s.grid.length;
   const auto periodic = [](const auto& ends) { return ends[0] == Wall::periodic ? 1 : 0; };
@@ -32,7 +34,8 @@ FluidFacts facts_of(const Settings& s) {
   facts.gravity = s.fluid.gravity;
   facts.density = s.fluid.density;
   facts.kinematic_viscosity = s.fluid.kinematic_viscosity;
-  facts.time_step = s.time.step;
+  facts.time_step = from && s.time.cfl > 0.0 ? from->time_step() : s.time.step;
+  facts.restart_step = from ? from->header.step : -1;
   facts.cell_size = s.grid.length[0] / s.grid.cells[0];
   return facts;
 }
@@ -76,12 +79,20 @@ std::string time_line(Simulation<Real>& simulation, const std::vector<TimelineEn
   return text;
 }
 
+/// Status of a run that ended in good order, but before its time.
+constexpr int ended_early = 3;
+
 template <class Real>
-void simulate(Job& job, const FluidOptions& options, const Settings& settings, FluidSide* partner,
-              const Acquaintance* dem) {
+int simulate(Job& job, const FluidOptions& options, const Settings& settings, FluidSide* partner,
+             const Acquaintance* dem, const Resumption* from) {
+  if (from) learn_transforms<Real>(*from);
   const std::vector<SphereState> spheres = dem ? dem->spheres : spheres_of(settings);
-  Simulation<Real> simulation(settings, job.own(), partner, spheres);
-  if (settings.start.from == Start::state) start_from_state(simulation.channel());
+  Simulation<Real> simulation(settings, job.own(), partner, spheres,
+                              from ? from->cuts(job.size(), settings) : Cuts{});
+  if (from)
+    restore_flow(*from, simulation.channel());
+  else if (settings.start.from == Start::state)
+    start_from_state(simulation.channel());
   const std::int64_t most = options.steps;
   std::int64_t left = count_steps(simulation.channel(), most);
   // With a step that follows the flow the end is known in advance only by its time.
@@ -89,35 +100,59 @@ void simulate(Job& job, const FluidOptions& options, const Settings& settings, F
   RunOutput<Real> output(
       options.out, simulation,
       countable ? std::optional(simulation.channel().step() + left) : std::nullopt,
-      effects_of(settings, spheres, dem));
+      effects_of(settings, spheres, dem), from ? &from->extras : nullptr);
+  Checkpoints<Real> checkpoints(options.out, simulation, output, partner, from);
   std::string line;
-  for (std::int64_t made = 0; left > 0;) {
-    const bool last = left == 1;
-    const double began = clock_seconds();
-    if (made == options.warm_up) simulation.timing().restart();
-    if (last) simulation.timing().record_step();
-    simulation.make_step(last);
-    if (last) line = time_line(simulation, simulation.timing().stop_recording(), began);
-    output.after_step();
-    ++made;
-    left = last ? 0 : count_steps(simulation.channel(), most < 0 ? most : most - made);
+  std::optional<std::string> cut_short;
+  try {
+    for (std::int64_t made = 0; left > 0 && !cut_short;) {
+      const bool last = left == 1;
+      const double began = clock_seconds();
+      if (made == options.warm_up) simulation.timing().restart();
+      if (last) simulation.timing().record_step();
+      simulation.make_step(last);
+      if (last) line = time_line(simulation, simulation.timing().stop_recording(), began);
+      output.after_step();
+      ++made;
+      left = last ? 0 : count_steps(simulation.channel(), most < 0 ? most : most - made);
+      cut_short = checkpoints.after_step();
+    }
+    checkpoints.write();
+  } catch (const UserError& error) {
+    if (checkpoints.last().step < 0) throw;
+    throw UserError(
+        fmt::format("{} The last checkpoint is {}.", error.what(), checkpoints.last().folder));
   }
   if (partner) partner->stop();
-  output.finish(line);
+  output.finish(line, checkpoints.last().fluid());
+  if (!cut_short) return 0;
+  if (job.rank() == 0)
+    fmt::print(stderr,
+               "\nbedload-fluid: ended after step {} (t = {:.6g}): {}; go on with --restart {}\n",
+               simulation.channel().step(), simulation.channel().time(), *cut_short,
+               checkpoints.last().folder);
+  return ended_early;
 }
 
-void run(Job& job, int argc, char** argv) {
+int run(Job& job, int argc, char** argv) {
   const std::optional<FluidOptions> options = read_fluid_options(argc, argv, job.rank() == 0);
   if (!options) {
     if (!job.alone()) throw UserError("bedload-dem waits for a scene; ask for help without it.");
-    return;
+    return 0;
   }
   if (!options->compact.empty()) {
     if (!job.alone()) throw UserError("--compact-state is for bedload-fluid alone.");
     write_compact_state(options->compact[0], options->compact[1], job.own());
-    return;
+    return 0;
   }
+  listen_to_signals();
   const Settings settings = read_settings(options->file, options->settings);
+  std::optional<Resumption> from;
+  if (!options->restart.empty()) {
+    from = open_checkpoint(options->restart, !job.alone(), job.own());
+    check_scene(*from, settings);
+  }
+  const Resumption* const resumption = from ? &*from : nullptr;
   // Before LIGGGHTS hears of the fluid: its script may write there as well.
   make_output_folder(options->out, job.own());
   std::optional<FluidSide> partner;
@@ -128,11 +163,13 @@ void run(Job& job, int argc, char** argv) {
           "{}: 'spheres.file' is \"{}\", but with bedload-dem in the job the spheres come from its "
           "script; remove the key or start bedload-fluid alone.",
           settings.file, settings.spheres.file));
-    partner.emplace(job).introduce(facts_of(settings));
+    partner.emplace(job).introduce(facts_of(settings, resumption),
+                                   from ? from->place.grains() : std::string());
     dem = partner->meet();
   }
   const auto start = settings.accuracy.precision == "single" ? simulate<float> : simulate<double>;
-  start(job, *options, settings, partner ? &*partner : nullptr, dem ? &*dem : nullptr);
+  return start(job, *options, settings, partner ? &*partner : nullptr, dem ? &*dem : nullptr,
+               resumption);
 }
 
 }  // namespace
@@ -140,5 +177,5 @@ void run(Job& job, int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace bedload;
-  return run_program(argc, argv, Program::fluid, [&](Job& job) { run(job, argc, argv); });
+  return run_program(argc, argv, Program::fluid, [&](Job& job) { return run(job, argc, argv); });
 }

@@ -5,16 +5,24 @@
 #include <algorithm>
 #include <charconv>
 #include <limits>
+#include <optional>
 #include <string_view>
 
+#include "atom.h"
+#include "comm.h"
 #include "coupling/fix_couple_fluid.hpp"
+#include "coupling/grains_state.hpp"
 #include "coupling/stages.hpp"
 #include "domain.h"
+#include "dump.h"
 #include "finish.h"
+#include "fluid/errors.hpp"
 #include "integrate.h"
 #include "lammps.h"
 #include "liggghts_styles/keywords.hpp"
+#include "liggghts_styles/private_access.hpp"
 #include "modify.h"
+#include "neighbor.h"
 #include "output.h"
 #include "timer.h"
 #include "update.h"
@@ -36,9 +44,26 @@ std::int64_t read_steps(LAMMPS_NS::LAMMPS* instance, int narg, char** arg) {
                        arg[0], narg > 1 ? " " : "", narg > 1 ? arg[1] : ""));
 }
 
+/// Dumps add to what their files hold, and leave out the step that is there already.
+void continue_dumps(LAMMPS_NS::Output& output, std::int64_t step) {
+  for (int n = 0; n < output.ndump; ++n) {
+    detail::append_flag_of(*output.dump[n]) = 1;
+    output.last_dump[n] = step;
+  }
+}
+
 }  // namespace
 
+// A UserError must not pass through LIGGGHTS, which would be taken down in the middle of a run.
 void CoupledRun::command(int narg, char** arg) {
+  try {
+    run(narg, arg);
+  } catch (const UserError& error) {
+    stop_run(lmp, error.what());
+  }
+}
+
+void CoupledRun::run(int narg, char** arg) {
   if (domain->box_exist == 0) stop_run(lmp, "coupled_run stands before the simulation box is made");
   const std::int64_t most_steps = read_steps(lmp, narg, arg);
   auto* const fluid =
@@ -46,24 +71,36 @@ void CoupledRun::command(int narg, char** arg) {
   if (fluid == nullptr)
     stop_run(lmp, "coupled_run needs a fix couple/fluid in the script before it");
 
-  fluid->shake_hands();
+  DemSide& side = fluid->side();
+  const std::int64_t behind = side.restart_step() - side.steps_made();
+  if (most_steps <= behind) {  // this one was over when the checkpoint was written
+    side.count_steps(most_steps);
+    return;
+  }
+  std::int64_t steps_left = most_steps;
+  if (behind > 0) {
+    steps_left -= behind;
+    side.count_steps(behind);
+  }
+
   fluid->set_time_step(fluid->fluid_time_step());
   fluid->allow_run(true);
-  prepare();
+  prepare(*fluid);
 
-  bool going_on = true, first = true;
-  for (std::int64_t step = 0; going_on && step < most_steps; ++step) {
+  bool going_on = true;
+  moved_ = true;
+  for (; going_on && steps_left > 0; --steps_left) {
     for (const int substeps : dem_substeps) {
-      going_on = fluid->receive_loads(first);
-      first = false;
+      going_on = next_stage(*fluid);
       if (!going_on) break;
       if (fluid->stage().stage == 0) {
         fluid->set_time_step(fluid->stage().fluid_time_step);
-        if (fluid->stage().last != 0 || step + 1 == most_steps) announce_last_step();
+        if (fluid->stage().last != 0 || steps_left == 1) announce_last_step();
       }
       update->integrate->run(substeps);
       fluid->send_motion();
     }
+    if (going_on) side.count_steps(1);
   }
 
   conclude();
@@ -72,15 +109,67 @@ void CoupledRun::command(int narg, char** arg) {
 
 // The beginning of LIGGGHTS' own `run`, with an end that is out of reach: nobody knows yet how many
 // steps the fluid will make.
-void CoupledRun::prepare() {
+void CoupledRun::prepare(FixCoupleFluid& fluid) {
+  std::optional<GrainsState> start;
+  if (!fluid.side().introduced() && fluid.side().restart_step() >= 0) {
+    start.emplace(lmp, fluid.side().restart_file(), fluid.side().restart_step());
+    start->set_clock();
+  } else {
+    fluid.shake_hands();
+  }
   update->whichflag = 1;
   update->nsteps = std::numeric_limits<int>::max();
   update->firststep = update->beginstep = update->ntimestep;
   update->laststep = update->endstep = update->firststep + update->nsteps;
   lmp->init();
+  if (start) {
+    start->set_clock();  // which the integrator has begun anew
+    start->put_back();
+    continue_dumps(*output, update->ntimestep);
+    fluid.shake_hands();
+  }
   update->integrate->setup();
+  if (start) fluid.put_back_forces();
   timer->init();
   timer->barrier_start(TIME_LOOP);
+}
+
+// Waits for the next stage, and writes checkpoints in the meantime; false: the run is over.
+bool CoupledRun::next_stage(FixCoupleFluid& fluid) {
+  Order order = fluid.receive_loads(moved_);
+  for (; order == Order::checkpoint; order = fluid.receive_loads(moved_)) write_checkpoint(fluid);
+  moved_ = false;
+  return order == Order::advance;
+}
+
+// A run that starts from the checkpoint builds its lists anew, which changes the order in which a
+// sphere's contact forces are added. The run that writes it does the same, so that both go on with
+// the same digits.
+void CoupledRun::write_checkpoint(FixCoupleFluid& fluid) {
+  fluid.keep_forces();
+  modify->setup_pre_exchange();
+  const GrainsState state(lmp, fluid.stage().step);
+  state.write(fluid.side().checkpoint_file());
+  fluid.side().confirm_checkpoint();
+  state.align_random_numbers();
+  rebuild_lists();
+  fluid.put_back_forces();
+  moved_ = true;
+}
+
+// What LIGGGHTS' own `run` begins with, without its output.
+void CoupledRun::rebuild_lists() {
+  atom->setup();
+  domain->pbc();
+  domain->reset_box();
+  comm->setup();
+  if (neighbor->style != 0) neighbor->setup_bins();
+  comm->exchange();
+  if (atom->sortfreq > 0) atom->sort();
+  comm->borders();
+  modify->setup_pre_neighbor();
+  neighbor->build();
+  update->integrate->setup_minimal(0);
 }
 
 // The fluid makes no step after this one: thermo prints a last line.

@@ -4,20 +4,31 @@
 
 namespace bedload {
 
+class FixCoupleFluid;
+
 /// coupled_run [steps N]
 ///
 /// Moves the grains with the fluid until the fluid's time is up, or for N fluid steps. It takes the
 /// place of `run`: thermo, dump and every fix work as they do there, on LIGGGHTS' own steps, of
 /// which a fluid step holds 15.
+///
+/// When the fluid goes on from a checkpoint, the coupled_runs of the script that were over by then
+/// are passed over, and the one that was under way begins with the spheres of the checkpoint.
 class CoupledRun : protected LAMMPS_NS::Pointers {
  public:
   explicit CoupledRun(LAMMPS_NS::LAMMPS* instance) : Pointers(instance) {}
   void command(int narg, char** arg);
 
  private:
-  void prepare();
+  void run(int narg, char** arg);
+  void prepare(FixCoupleFluid& fluid);
+  bool next_stage(FixCoupleFluid& fluid);
+  void write_checkpoint(FixCoupleFluid& fluid);
+  void rebuild_lists();
   void announce_last_step();
   void conclude();
+
+  bool moved_ = true;  ///< atoms may have changed rank since the last motion was sent
 };
 
 }  // namespace bedload

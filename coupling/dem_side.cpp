@@ -9,12 +9,26 @@
 
 namespace bedload {
 
+namespace {
+
+/// The text behind a header.
+template <Record Header>
+std::string text_of(const Bytes& bytes) {
+  std::vector<char> text;
+  unpack_items<Header>(bytes, text);
+  return {text.begin(), text.end()};
+}
+
+}  // namespace
+
 DemSide::DemSide(const Job& job) : job_(job), outbox_(job.partner()) {}
 
 const FluidFacts& DemSide::facts() {
   if (!facts_) {
     const int sender = teller(job_.rank(), job_.partner_size());
-    facts_ = unpack_header<FluidFacts>(receive(job_.partner(), sender, Subject::fluid_facts));
+    const Bytes bytes = receive(job_.partner(), sender, Subject::fluid_facts);
+    facts_ = unpack_header<FluidFacts>(bytes);
+    restart_file_ = text_of<FluidFacts>(bytes);
   }
   return *facts_;
 }
@@ -59,9 +73,18 @@ StageLoads DemSide::receive_loads() {
     unpack_items<LoadHeader>(bytes, stage.loads);
   }
   stopped_ = stage.header.order == Order::stop;
+  if (stage.header.order == Order::checkpoint)
+    checkpoint_file_ = text_of<LoadHeader>(
+        receive(job_.partner(), teller(job_.rank(), job_.partner_size()), Subject::checkpoint));
   // All states have been read when the next order comes; let MPI drop the requests.
   if (stopped_) outbox_.flush();
   return stage;
+}
+
+void DemSide::confirm_checkpoint() {
+  const auto message = std::make_shared<const Bytes>();
+  for (int fluid = 0; fluid < job_.partner_size(); ++fluid)
+    outbox_.post(fluid, Subject::checkpoint, message);
 }
 
 void DemSide::send_motion(MotionHeader header, std::span<const StateRecord> spheres) {

@@ -2,6 +2,7 @@
 
 #include <mpi.h>
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -38,9 +39,21 @@ class DemSide {
 
   /// Waits for the fluid's division of the box and tells each of its ranks whether it is a partner.
   void find_partners(const Region& region);
+  /// The checkpoint that the run goes on from: LIGGGHTS' half, and how many fluid steps were made
+  /// then; empty and -1 for a run from its beginning. To be asked after facts().
+  const std::string& restart_file() const { return restart_file_; }
+  std::int64_t restart_step() const { return facts_ ? facts_->restart_step : -1; }
+  /// Fluid steps that lie behind, of this run and of those that it goes on from.
+  std::int64_t steps_made() const { return steps_made_; }
+  void count_steps(std::int64_t made) { steps_made_ += made; }
 
   /// Waits for the next stage's loads. After a stop order the fluid sends nothing more.
   StageLoads receive_loads();
+
+  /// Where to write LIGGGHTS' half of a checkpoint, after an order to do so.
+  const std::string& checkpoint_file() const { return checkpoint_file_; }
+  /// Says that it is written.
+  void confirm_checkpoint();
 
   /// Sends this rank's mobile spheres and what it did in the stage, to each partner those near its
   /// block; returns at once. Throws UserError when a sphere is near a block whose rank is no
@@ -56,6 +69,8 @@ class DemSide {
   std::optional<FluidFacts> facts_;
   BlockMap blocks_;            ///< of the fluid
   std::vector<int> partners_;  ///< ranks of the fluid, ascending
+  std::string restart_file_, checkpoint_file_;
+  std::int64_t steps_made_ = 0;
   bool introduced_ = false;
   bool stopped_ = false;
 };

@@ -36,12 +36,13 @@ namespace {
 
 constexpr const char* force_name = "couple_force";
 constexpr const char* torque_name = "couple_torque";
+constexpr const char* kept_name = "couple_kept";
 
-/// A vector per atom that migrates with it and goes into restart files.
+/// `size` numbers per atom that migrate with it and go into restart files.
 LAMMPS_NS::FixPropertyAtom* add_vector_per_atom(LAMMPS_NS::Modify& modify, const char* name,
-                                                const char* caller) {
-  std::array<const char*, 11> words{
-      name, "all", "property/atom", name, "vector", "yes", "no", "no", "0.", "0.", "0."};
+                                                std::size_t size, const char* caller) {
+  std::vector<const char*> words{name, "all", "property/atom", name, "vector", "yes", "no", "no"};
+  words.resize(words.size() + size, "0.");
   return modify.add_fix_property_atom(static_cast<int>(words.size()),
                                       const_cast<char**>(words.data()), caller);
 }
@@ -109,14 +110,16 @@ FixCoupleFluid::FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp_, int narg, char** arg)
 }
 
 void FixCoupleFluid::post_create() {
-  force_ = add_vector_per_atom(*modify, force_name, style);
-  torque_ = add_vector_per_atom(*modify, torque_name, style);
+  force_ = add_vector_per_atom(*modify, force_name, 3, style);
+  torque_ = add_vector_per_atom(*modify, torque_name, 3, style);
+  kept_ = add_vector_per_atom(*modify, kept_name, 6, style);
 }
 
 void FixCoupleFluid::pre_delete(bool unfixflag) {
   if (!unfixflag) return;
   modify->delete_fix(force_name);
   modify->delete_fix(torque_name);
+  modify->delete_fix(kept_name);
 }
 
 int FixCoupleFluid::setmask() { return LAMMPS_NS::FixConst::POST_FORCE; }
@@ -128,10 +131,13 @@ void FixCoupleFluid::init() {
         "fix couple/fluid: 'run' moves the grains without the fluid; use coupled_run, and put a "
         "dry run before this fix or behind 'unfix'");
   // LIGGGHTS makes these anew when it reads a restart.
-  force_ = static_cast<LAMMPS_NS::FixPropertyAtom*>(
-      modify->find_fix_property(force_name, "property/atom", "vector", 3, 0, style));
-  torque_ = static_cast<LAMMPS_NS::FixPropertyAtom*>(
-      modify->find_fix_property(torque_name, "property/atom", "vector", 3, 0, style));
+  const auto find = [&](const char* name, int size) {
+    return static_cast<LAMMPS_NS::FixPropertyAtom*>(
+        modify->find_fix_property(name, "property/atom", "vector", size, 0, style));
+  };
+  force_ = find(force_name, 3);
+  torque_ = find(torque_name, 3);
+  kept_ = find(kept_name, 6);
 }
 
 void FixCoupleFluid::setup(int vflag) {
@@ -185,16 +191,30 @@ void FixCoupleFluid::set_time_step(double fluid_time_step) {
   for (int i = 0; i < modify->nfix; ++i) modify->fix[i]->reset_dt();
 }
 
-bool FixCoupleFluid::receive_loads(bool first) {
+Order FixCoupleFluid::receive_loads(bool first) {
   stage_ = side_->receive_loads();
-  if (side_->stopped()) return false;
+  if (stage_.header.order != Order::advance) return stage_.header.order;
   if (first) hand_on_loads();
   done_ = {};
   done_.began = clock_seconds();
   done_.step = stage_.header.step;
   done_.stage = stage_.header.stage;
   hold_loads();
-  return true;
+  return Order::advance;
+}
+
+void FixCoupleFluid::keep_forces() {
+  for (int i = 0; i < atom->nlocal; ++i) {
+    std::copy_n(atom->f[i], 3, kept_->array_atom[i]);
+    std::copy_n(atom->torque[i], 3, kept_->array_atom[i] + 3);
+  }
+}
+
+void FixCoupleFluid::put_back_forces() {
+  for (int i = 0; i < atom->nlocal; ++i) {
+    std::copy_n(kept_->array_atom[i], 3, atom->f[i]);
+    std::copy_n(kept_->array_atom[i] + 3, 3, atom->torque[i]);
+  }
 }
 
 bool FixCoupleFluid::is_here(std::int64_t tag) const {

@@ -45,11 +45,17 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   double fluid_time_step() const { return dt_fluid_; }
   /// Holds the fluid's time step: LIGGGHTS' own becomes a fifteenth of it, everywhere.
   void set_time_step(double fluid_time_step);
-  /// Waits for the next stage's loads; false: the fluid has ended the coupled run. `first`: of this
-  /// coupled run.
-  bool receive_loads(bool first);
+  /// Waits for the next stage's loads, or for another order of the fluid. `first`: atoms may have
+  /// changed rank since the last motion was sent.
+  Order receive_loads(bool first);
   /// Sends the motion to the fluid.
   void send_motion();
+
+  DemSide& side() { return *side_; }
+  /// Stores the forces of the step just made with the spheres, to go into a checkpoint.
+  void keep_forces();
+  /// Sets them again, after LIGGGHTS has computed others while it was set up.
+  void put_back_forces();
 
   const LoadHeader& stage() const { return stage_.header; }
   /// Only coupled_run may move the spheres while this fix exists.
@@ -74,6 +80,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   bool run_allowed_ = false;
   LAMMPS_NS::FixPropertyAtom* force_ = nullptr;
   LAMMPS_NS::FixPropertyAtom* torque_ = nullptr;
+  LAMMPS_NS::FixPropertyAtom* kept_ = nullptr;  ///< total force and torque
   StageLoads stage_;
   MotionHeader done_{};
   std::int64_t collisions_ = -1;

@@ -7,6 +7,7 @@
 
 #include "coupling/version.hpp"
 #include "fluid/errors.hpp"
+#include "fluid/output/checkpoint_store.hpp"
 #include "fluid/settings.hpp"
 
 namespace bedload {
@@ -17,6 +18,11 @@ namespace {
 std::string default_output(const std::string& file) {
   const std::filesystem::path scene = std::filesystem::absolute(file).parent_path().filename();
   return (std::filesystem::path("runs") / scene).string();
+}
+
+/// The output folder of the run that `--restart` names, itself or one of its checkpoints.
+std::string run_of_checkpoint(const std::string& where) {
+  return std::filesystem::path(locate_checkpoint(where).folder).parent_path().string();
 }
 
 }  // namespace
@@ -35,6 +41,9 @@ std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first
       ->allow_extra_args(false);
   app.add_option("--out", options.out,
                  "Folder of the output (default: runs/<folder of fluid.toml>)");
+  app.add_option("--restart", options.restart,
+                 "Go on from a checkpoint, or from the last one in a run's folder; without --out "
+                 "the run goes on in that folder");
   app.add_option("--steps", options.steps, "Stop after this many time steps")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--warm-up", options.warm_up, "Leave the first N steps out of the table of times")
@@ -60,7 +69,9 @@ std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first
   if (!options.compact.empty()) return options;
   if (options.file.empty())
     throw UserError("the scene is missing: bedload-fluid fluid.toml (bedload-fluid --help).");
-  if (options.out.empty()) options.out = default_output(options.file);
+  if (options.out.empty())
+    options.out =
+        options.restart.empty() ? default_output(options.file) : run_of_checkpoint(options.restart);
   return options;
 }
 

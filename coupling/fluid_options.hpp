@@ -12,6 +12,7 @@ struct FluidOptions {
   std::string file;                   ///< fluid.toml
   std::vector<std::string> settings;  ///< --set key=value
   std::string out;                    ///< --out DIR
+  std::string restart;                ///< --restart DIR; empty: from the beginning
   std::int64_t steps = -1;            ///< --steps N; negative: until time.end
   std::int64_t warm_up = 0;           ///< --warm-up N: steps that the table of times leaves out
   /// --compact-state STATE START: a state file and the small start field to make of it; no run.

@@ -43,9 +43,10 @@ void sort_by_tag(std::vector<SphereState>& spheres) {
 
 FluidSide::FluidSide(const Job& job) : job_(job), outbox_(job.partner()) {}
 
-void FluidSide::introduce(const FluidFacts& facts) {
+void FluidSide::introduce(const FluidFacts& facts, const std::string& grains) {
   facts_ = facts;
-  const auto message = std::make_shared<const Bytes>(pack(facts, std::span<const char>{}));
+  step_ = std::max<std::int64_t>(0, facts.restart_step);
+  const auto message = std::make_shared<const Bytes>(pack(facts, std::span<const char>(grains)));
   for (const int dem : listeners(job_.rank(), job_.size(), job_.partner_size()))
     outbox_.post(dem, Subject::fluid_facts, message);
 }
@@ -152,6 +153,20 @@ StepAccount FluidSide::settle() {
   account.collisions = all.collisions < 0.0 ? -1 : static_cast<std::int64_t>(all.collisions);
   account.mobile = static_cast<std::int64_t>(all.mobile);
   return account;
+}
+
+void FluidSide::order_checkpoint(const std::string& grains) {
+  post_loads({step_, 0, Order::checkpoint, 0.0, 0, 0}, {});
+  const auto message =
+      std::make_shared<const Bytes>(pack(LoadHeader{}, std::span<const char>(grains)));
+  for (const int dem : listeners(job_.rank(), job_.size(), job_.partner_size()))
+    outbox_.post(dem, Subject::checkpoint, message);
+  outbox_.push(push_patience);
+}
+
+void FluidSide::await_checkpoint() {
+  for (int dem = 0; dem < job_.partner_size(); ++dem)
+    receive(job_.partner(), dem, Subject::checkpoint);
 }
 
 void FluidSide::stop() {

@@ -50,7 +50,8 @@ class FluidSide {
 
   /// Tells LIGGGHTS about the scene; returns at once. To be called as soon as it is known, because
   /// fix couple/fluid waits for it.
-  void introduce(const FluidFacts& facts);
+  /// `grains`: where LIGGGHTS finds its half of the checkpoint that the run goes on from.
+  void introduce(const FluidFacts& facts, const std::string& grains = {});
 
   /// Waits until the LIGGGHTS script has come to coupled_run, compares the two programs' scenes.
   /// Throws UserError with both values where they disagree.
@@ -68,6 +69,11 @@ class FluidSide {
 
   /// Adds up the step that the last stage has ended.
   StepAccount settle();
+
+  /// Between two steps: has LIGGGHTS write its half of a checkpoint; returns at once.
+  void order_checkpoint(const std::string& grains);
+  /// Waits until it is written.
+  void await_checkpoint();
 
   /// Ends the coupled run; LIGGGHTS goes on with the line after coupled_run.
   void stop();

@@ -18,6 +18,7 @@ enum class Subject : int {
   partners,
   loads,
   states,
+  checkpoint,
   farewell
 };
 

@@ -14,7 +14,7 @@
 namespace bedload {
 
 /// Raised whenever a record below, or who sends it when, changes.
-inline constexpr std::int32_t protocol_number = 2;
+inline constexpr std::int32_t protocol_number = 3;
 
 using Triple = std::array<double, 3>;
 using Bytes = std::vector<std::byte>;
@@ -36,13 +36,13 @@ struct LoadRecord {
   Triple torque;
 };
 
-enum class Order : std::int32_t { advance, stop };
+enum class Order : std::int32_t { advance, checkpoint, stop };
 
 /// Heads the loads of one stage.
 struct LoadHeader {
-  std::int64_t step;       ///< fluid step that is being made, from 0
-  std::int32_t stage;      ///< 0, 1, 2
-  Order order;             ///< stop: no loads follow, the coupled run is over
+  std::int64_t step;   ///< fluid step that is being made, from 0
+  std::int32_t stage;  ///< 0, 1, 2
+  Order order;  ///< checkpoint: no loads, the path to write to follows; stop: the run is over
   double fluid_time_step;  ///< [T]
   std::int32_t last;       ///< 1: the fluid makes no step after this one
   std::int32_t spare;
@@ -59,16 +59,18 @@ struct MotionHeader {
   double began, ended;      ///< clock [s] around the sub-steps, for the time line
 };
 
-/// What the fluid knows of the scene: sent as soon as fluid.toml is read.
+/// What the fluid knows of the scene: sent as soon as fluid.toml is read. The path of the grains'
+/// half of the checkpoint to start from follows as text.
 struct FluidFacts {
   Triple length;  ///< box from the origin [L]
   std::array<std::int32_t, 3> periodic;
   std::int32_t spare;
-  Triple gravity;              ///< [L/T^2]
-  double density;              ///< [M/L^3]
-  double kinematic_viscosity;  ///< [L^2/T]
-  double time_step;            ///< [T]
-  double cell_size;            ///< [L]
+  Triple gravity;                  ///< [L/T^2]
+  double density;                  ///< [M/L^3]
+  double kinematic_viscosity;      ///< [L^2/T]
+  double time_step;                ///< [T]
+  double cell_size;                ///< [L]
+  std::int64_t restart_step = -1;  ///< fluid steps made when the checkpoint was written; -1: none
 };
 
 /// How the fluid has divided the box, as soon as it knows: followed by the first planes of the
@@ -106,7 +108,7 @@ constexpr std::uint64_t layout_fingerprint() {
         sizeof(LoadRecord), offsetof(LoadRecord, torque), sizeof(LoadHeader),
         offsetof(LoadHeader, fluid_time_step), sizeof(MotionHeader),
         offsetof(MotionHeader, collisions), sizeof(FluidFacts), offsetof(FluidFacts, gravity),
-        offsetof(FluidFacts, cell_size), sizeof(DemFacts), offsetof(DemFacts, gravity),
+        offsetof(FluidFacts, restart_step), sizeof(DemFacts), offsetof(DemFacts, gravity),
         offsetof(DemFacts, mobile), offsetof(DemFacts, viscosity)})
     hash = (hash ^ number) * 1099511628211ULL;
   return hash;

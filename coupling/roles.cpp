@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -98,14 +99,14 @@ void Job::say_farewell() const {
   outbox.flush();
 }
 
-int run_program(int argc, char** argv, Program program, const std::function<void(Job&)>& body) {
-  int rank = 0;
+int run_program(int argc, char** argv, Program program, const std::function<int(Job&)>& body) {
+  int rank = 0, status = 0;
   try {
     Job job(&argc, &argv, program);
     rank = job.rank();
     // Caught while the job is alive: its destructor would wait for ranks that know of no mistake.
     try {
-      body(job);
+      status = body(job);
       job.say_farewell();
     } catch (const std::exception& error) {
       end_job(program, rank, error.what());
@@ -113,11 +114,14 @@ int run_program(int argc, char** argv, Program program, const std::function<void
   } catch (const std::exception& error) {
     end_job(program, rank, error.what());
   }
-  return 0;
+  return status;
 }
 
 void end_job(Program program, int rank, const std::string& sentence) {
-  if (rank != 0) sleep(1);
+  if (rank != 0) {
+    std::signal(SIGTERM, SIG_DFL);  // mpirun ends those who wait here
+    sleep(5);
+  }
   std::fflush(stdout);
   fmt::print(stderr, "\n{}: {}\n", program_name(program), sentence);
   std::fflush(nullptr);

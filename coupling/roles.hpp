@@ -45,13 +45,13 @@ class Job {
   int partner_size_ = 0;
 };
 
-/// Runs `body` as one rank of `program` and returns the exit status of main. A mistake of the user
-/// (UserError), or any other exception, ends the whole job, both programs, with exit status 1 after
-/// its sentence on stderr.
-int run_program(int argc, char** argv, Program program, const std::function<void(Job&)>& body);
+/// Runs `body` as one rank of `program` and returns its status, the exit status of main. A mistake
+/// of the user (UserError), or any other exception, ends the whole job, both programs, with exit
+/// status 1 after its sentence on stderr.
+int run_program(int argc, char** argv, Program program, const std::function<int(Job&)>& body);
 
 /// Ends the whole job with exit status 1 after `sentence` on stderr. Rank 0 speaks; another rank
-/// speaks a second later if the job is still there, because then it alone has met the mistake.
+/// speaks some seconds later if the job is still there, because then it alone has met the mistake.
 [[noreturn]] void end_job(Program program, int rank, const std::string& sentence);
 
 }  // namespace bedload

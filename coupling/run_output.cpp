@@ -52,7 +52,7 @@ bool RunOutput<Real>::Rhythm::due(double now, double time_step) {
 template <class Real>
 RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulation,
                            std::optional<std::int64_t> last_step,
-                           const std::vector<EffectRow>& effects)
+                           const std::vector<EffectRow>& effects, const StateExtras* resume)
     : folder_(folder),
       simulation_(simulation),
       settings_(simulation.channel().settings()),
@@ -63,7 +63,8 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
       phase_(simulation.timing().add_phase("output")),
       fields_due_(settings_.output.fields_every, simulation.channel().time()),
       spheres_due_(settings_.output.spheres_every, simulation.channel().time()),
-      fields_(folder, simulation.channel().grid(), simulation.channel().decomposition()) {
+      fields_(folder, simulation.channel().grid(), simulation.channel().decomposition(),
+              resume ? simulation.channel().step() : -1) {
   const MPI_Comm comm = simulation_.channel().comm();
   if (settings_.statistics.every > 0) {
     const Channel<Real>& channel = simulation_.channel();
@@ -72,16 +73,41 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
     statistics_phase_ = simulation_.timing().add_phase("statistics");
   }
   const DerivedNumbers numbers = derive_numbers(settings_);
+  const std::int64_t resume_after = resume ? simulation_.channel().step() : -1;
+  if (resume) {
+    for (const auto& [name, rhythm] :
+         {std::pair{"fields_due", &fields_due_}, std::pair{"spheres_due", &spheres_due_}})
+      if (const auto kept = resume->find(name); kept != resume->end()) rhythm->go_on(kept->second);
+    if (const auto kept = resume->find("worst_residual"); kept != resume->end())
+      worst_residual_ = kept->second.at(0);
+    if (const auto kept = resume->find("statistics"); statistics_ && kept != resume->end())
+      statistics_->restore(kept->second);
+  }
   on_first_rank(comm, [&] { write_settings_file(folder_, settings_, numbers); });
   if (!simulation_.spheres().empty())
-    spheres_ = std::make_unique<SphereWriter>(folder_, comm, simulation_.spheres());
-  on_first_rank(comm, [&] { history_ = std::make_unique<History>(folder_); });
+    spheres_ = std::make_unique<SphereWriter>(folder_, comm, simulation_.spheres(), resume_after);
+  on_first_rank(comm, [&] { history_ = std::make_unique<History>(folder_, resume_after); });
   if (first_rank_) {
     fmt::print("{}\n\n{}\n{}\n{}", settings_.title, derived_as_comments(numbers),
                effects_table(effects_), length_hints(settings_.grid.cells));
     progress_ = std::make_unique<Progress>(progress_state(), stdout);
   }
-  write_spheres();
+  if (!resume) write_spheres();
+}
+
+template <class Real>
+void RunOutput<Real>::flush() {
+  on_first_rank(simulation_.channel().comm(), [&] {
+    if (spheres_) spheres_->flush();
+  });
+}
+
+template <class Real>
+void RunOutput<Real>::put_into(StateExtras& extras) const {
+  extras["fields_due"] = fields_due_.numbers();
+  extras["spheres_due"] = spheres_due_.numbers();
+  extras["worst_residual"] = {worst_residual_};
+  if (statistics_) extras["statistics"] = statistics_->state();
 }
 
 template <class Real>
@@ -112,18 +138,18 @@ void RunOutput<Real>::after_step() {
 }
 
 template <class Real>
-void RunOutput<Real>::finish(const std::string& time_line) {
+void RunOutput<Real>::finish(const std::string& time_line, const std::string& state) {
   const MPI_Comm comm = simulation_.channel().comm();
   FlowStatistics flow;
   simulation_.timing().measure(phase_, [&] {
     if (history_step_ != simulation_.channel().step()) write_history();
     if (fields_step_ != simulation_.channel().step()) fields_.write(view());
-    write_state(folder_ + "/state.h5", view());
     if (statistics_ && statistics_->samples() > 0) {
       flow = statistics_->result();
       on_first_rank(comm, [&] { write_statistics(folder_, flow); });
     }
     on_first_rank(comm, [&] {
+      put_link_in_place(state, folder_ + "/state.h5");
       if (spheres_) spheres_->flush();
       write_text_file(folder_ + "/timeline.csv", time_line);
     });

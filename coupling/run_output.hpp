@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "fluid/output/phase_table.hpp"
 #include "fluid/output/progress.hpp"
 #include "fluid/output/sphere_writer.hpp"
+#include "fluid/output/state_format.hpp"
 #include "fluid/settings.hpp"
 #include "fluid/statistics.hpp"
 
@@ -27,16 +29,23 @@ template <class Real>
 class RunOutput {
  public:
   /// Writes settings.toml and the spheres at the start into a folder that exists, prints the
-  /// effects. `last_step`: where it is known in advance.
+  /// effects. `last_step`: where it is known in advance. With `resume` the run goes on from an
+  /// earlier one: files that stand in the folder are continued behind its step.
   RunOutput(const std::string& folder, Simulation<Real>& simulation,
-            std::optional<std::int64_t> last_step, const std::vector<EffectRow>& effects);
+            std::optional<std::int64_t> last_step, const std::vector<EffectRow>& effects,
+            const StateExtras* resume = nullptr);
 
   /// After each step: what is due.
   void after_step();
 
-  /// At the end: last snapshot, state.h5, table of times, and the time line `line` of the last
-  /// step.
-  void finish(const std::string& time_line);
+  /// Puts what is held back on disk.
+  void flush();
+  /// When what is due next, for a run that goes on from here.
+  void put_into(StateExtras& extras) const;
+
+  /// At the end: last snapshot, state.h5 (the same file as `state`, the fluid's half of the last
+  /// checkpoint), table of times, and the time line `line` of the last step.
+  void finish(const std::string& time_line, const std::string& state);
 
  private:
   /// Instants that come every so often; with 0 between them every step is one.
@@ -45,6 +54,12 @@ class RunOutput {
     Rhythm(double every, double now) : every_(every), next_(now + every) {}
     /// Whether one has come by `now`, give or take half a step.
     bool due(double now, double time_step);
+    /// Interval and next instant.
+    std::vector<double> numbers() const { return {every_, next_}; }
+    /// Takes over the next instant of a run that had the same interval.
+    void go_on(std::span<const double> numbers) {
+      if (numbers.size() == 2 && numbers[0] == every_) next_ = numbers[1];
+    }
 
    private:
     double every_, next_;

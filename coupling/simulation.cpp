@@ -28,8 +28,8 @@ Simulation<Real>::Phases::Phases(Timing& timing, bool spheres, bool coupled) {
 
 template <class Real>
 Simulation<Real>::Simulation(const Settings& settings, MPI_Comm comm, FluidSide* partner,
-                             std::span<const SphereState> spheres)
-    : channel_(settings, comm, spheres),
+                             std::span<const SphereState> spheres, const Cuts& cuts)
+    : channel_(settings, comm, spheres, cuts),
       partner_(partner),
       phases_(timing_, partner != nullptr || !spheres.empty(), partner != nullptr),
       spheres_(spheres.begin(), spheres.end()) {

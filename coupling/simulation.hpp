@@ -22,8 +22,9 @@ template <class Real>
 class Simulation {
  public:
   /// `partner` is nullptr without LIGGGHTS; `spheres` are all, without LIGGGHTS fixed ones.
+  /// `cuts`: the division of the box that a run which goes on had, else empty.
   Simulation(const Settings& settings, MPI_Comm comm, FluidSide* partner,
-             std::span<const SphereState> spheres);
+             std::span<const SphereState> spheres, const Cuts& cuts = {});
 
   /// One time step; `last`: none follows. Collective.
   void make_step(bool last);

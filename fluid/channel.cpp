@@ -25,10 +25,13 @@ int rank_count(MPI_Comm comm) {
 
 template <class Real>
 Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
-                       std::span<const SphereState> spheres)
+                       std::span<const SphereState> spheres, const Cuts& cuts)
     : settings_(settings),
       grid_(make_grid(settings)),
-      slabs_(grid_, comm, choose_cuts(grid_, spheres, rank_count(comm), settings.ranks.along_z)),
+      slabs_(grid_, comm,
+             cuts.y.empty()
+                 ? choose_cuts(grid_, spheres, rank_count(comm), settings.ranks.along_z)
+                 : cuts),
       walls_(grid_, slabs_),
       velocity_(grid_, slabs_.extent(), 3, 1),
       tendency_(grid_, slabs_.extent(), 3),
@@ -565,11 +568,32 @@ void Channel<Real>::restored(double time, std::int64_t step, double driving_forc
     project_start_field();
   } else {
     close_own_planes();
-    fill_ghosts();
   }
+  renew_ghosts();
+  measure_start();
+}
+
+template <class Real>
+void Channel<Real>::renew_ghosts() {
+  fill_ghosts();
   for (int j = 0; j < slabs_.planes(); ++j) walls_.close_scalar(pressure_, j);
   slabs_.exchange(pressure_);
-  measure_start();
+}
+
+template <class Real>
+std::vector<double> Channel<Real>::running_numbers() const {
+  return {driving_, streamwise_sum_, fastest_, dt_made_};
+}
+
+template <class Real>
+void Channel<Real>::set_running_numbers(std::span<const double> numbers) {
+  if (numbers.size() != running_numbers().size())
+    throw UserError("The state's running numbers are not those of this program.");
+  driving_ = numbers[0];
+  streamwise_sum_ = numbers[1];
+  fastest_ = numbers[2];
+  dt_made_ = numbers[3];
+  choose_time_step();
 }
 
 template class Channel<float>;

@@ -37,8 +37,10 @@ template <class Real>
 class Channel {
  public:
   /// Makes the start field. `spheres` decide how the planes are divided over the ranks and are
-  /// handed to set_spheres(). Throws UserError for settings that contradict each other.
-  Channel(const Settings& settings, MPI_Comm comm, std::span<const SphereState> spheres = {});
+  /// handed to set_spheres(); a run that goes on from another one gives that one's `cuts` instead.
+  /// Throws UserError for settings that contradict each other.
+  Channel(const Settings& settings, MPI_Comm comm, std::span<const SphereState> spheres = {},
+          const Cuts& cuts = {});
   ~Channel();
 
   /// All spheres of the run, the same list on every rank; at the start and when some come or go.
@@ -77,6 +79,7 @@ class Channel {
   const ImmersedBoundary<Real>* immersed_boundary() const { return boundary_.get(); }
   /// Time that the stages have taken so far, by phase.
   const PhaseClock& clock() const { return clock_; }
+  ImmersedBoundary<Real>* immersed_boundary() { return boundary_.get(); }
   /// Loops of the last stage's forcing, and what it did.
   int forcing_loops() const { return boundary_ ? boundary_->loops() : 0; }
   /// Collective.
@@ -111,6 +114,14 @@ class Channel {
   Field<Real>& velocity_to_restore() { return velocity_; }
   Field<Real>& pressure_to_restore() { return pressure_; }
   void restored(double time, std::int64_t step, double driving_force, bool project_it);
+  /// What a run needs beside fields, time and step to go on with the same digits; to be handed in
+  /// after restored().
+  std::vector<double> running_numbers() const;
+  /// Takes ghosts from their owners as a restart does (the pressure's are else computed on both
+  /// sides, equal to round-off), so that a run that is written down and one that goes on from there
+  /// have the same digits. Collective.
+  void renew_ghosts();
+  void set_running_numbers(std::span<const double> numbers);
 
  private:
   /// What one stage adds to the streamwise sum of the velocity, in that sum's unit [L/T].

@@ -50,6 +50,7 @@ class Decomposition {
   Decomposition(const Grid& grid, MPI_Comm comm, const Cuts& cuts);
   /// Slabs of equal height.
   Decomposition(const Grid& grid, MPI_Comm comm);
+  const Cuts& cuts() const { return cuts_; }
 
   MPI_Comm comm() const { return comm_; }
   int rank() const { return rank_; }

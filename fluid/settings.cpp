@@ -138,6 +138,12 @@ void declare_keys(Settings& s, Visitor& key) {
   key.text("spheres.file", s.spheres.file,
            "Fixed spheres of a run without LIGGGHTS: a text file beside fluid.toml, one sphere a "
            "line: x y z radius.");
+  key.number("time.wall_limit", s.time.wall_limit, "s", not_negative, Need::optional,
+             "Time on the clock after which the run writes a checkpoint and ends; 0: none.");
+  key.number("checkpoint.every", s.checkpoint.every, "T", not_negative, Need::optional,
+             "Time between checkpoints; 0: none by time.");
+  key.number("checkpoint.wall_every", s.checkpoint.wall_every, "s", not_negative, Need::optional,
+             "Time on the clock between checkpoints; 0: none by the clock.");
   key.integer("spheres.forcing_loops", s.spheres.forcing_loops, "-", Range{1, 20},
               "Most interpolate-force-spread loops per stage.");
   key.number("spheres.slip_tolerance", s.spheres.slip_tolerance, "L/T", not_negative,

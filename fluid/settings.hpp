@@ -75,7 +75,12 @@ struct Settings {
     double step = 0.0;
     double cfl = 0.0;
     double end = 0.0;
+    double wall_limit = 0.0;
   } time;
+  struct Checkpoint {
+    double every = 0.0;
+    double wall_every = 600.0;
+  } checkpoint;
   struct Spheres {
     std::string file;
     int forcing_loops = 1;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <string_view>
 
 #include "liggghts_styles/keywords.hpp"
@@ -138,17 +140,38 @@ void FixCollisionTable::setup(int) {
   restarted_ = false;
 }
 
+// Clock, rows of the file. What is finished is written down first, so that a run that goes on from
+// here finds it in the file.
 void FixCollisionTable::write_restart(std::FILE* file) {
-  const double now = time();
-  const int bytes = sizeof(now);
+  write();
+  const std::array<double, 2> state{time(), static_cast<double>(count_)};
+  const int bytes = sizeof(state);
   if (comm->me != 0) return;
   std::fwrite(&bytes, sizeof(bytes), 1, file);
-  std::fwrite(&now, bytes, 1, file);
+  std::fwrite(state.data(), bytes, 1, file);
 }
 
 void FixCollisionTable::restart(char* buffer) {
-  std::memcpy(&restart_time_, buffer, sizeof(restart_time_));
+  std::array<double, 2> state{};
+  std::memcpy(state.data(), buffer, sizeof(state));
+  restart_time_ = state[0];
+  count_ = static_cast<std::int64_t>(state[1]);
   restarted_ = true;
+  open_.clear();
+  finished_.clear();
+  if (comm->me == 0) cut_file(count_);
+}
+
+// Rows that the earlier run wrote after the state that this one starts from.
+void FixCollisionTable::cut_file(std::int64_t rows) const {
+  std::ifstream file(file_, std::ios::binary);
+  std::string line;
+  std::uint64_t bytes = 0;
+  for (std::int64_t n = 0; n <= rows && std::getline(file, line) && !file.eof(); ++n)
+    bytes += line.size() + 1;
+  std::error_code error;
+  if (std::filesystem::file_size(file_, error) > bytes && !error)
+    std::filesystem::resize_file(file_, bytes, error);
 }
 
 void FixCollisionTable::finish(const Record& r) {

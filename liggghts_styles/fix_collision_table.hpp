@@ -77,6 +77,7 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   double time() const;
   void finish(const Record& record);
   void write();
+  void cut_file(std::int64_t rows) const;
   std::vector<double> gather(const std::vector<double>& mine) const;
 
   std::string file_;

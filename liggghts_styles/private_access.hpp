@@ -3,6 +3,7 @@
 #include <map>
 #include <string>
 
+#include "dump.h"
 #include "lammps.h"
 #include "modify.h"
 
@@ -19,6 +20,16 @@ struct FixMapDoor {
 auto& fix_map_of(LAMMPS_NS::Modify& modify);
 
 template struct FixMapDoor<&LAMMPS_NS::Modify::fix_map>;
+
+/// Whether a dump adds to its file; `dump_modify append` sets it from a script.
+template <auto Member>
+struct AppendFlagDoor {
+  friend auto& append_flag_of(LAMMPS_NS::Dump& dump) { return dump.*Member; }
+};
+
+auto& append_flag_of(LAMMPS_NS::Dump& dump);
+
+template struct AppendFlagDoor<&LAMMPS_NS::Dump::append_flag>;
 
 }  // namespace bedload::detail
 

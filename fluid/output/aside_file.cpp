@@ -67,6 +67,15 @@ void put_in_place_keeping(const std::string& path, const std::string& previous) 
   put_in_place(path);
 }
 
+void put_link_in_place(const std::string& existing, const std::string& path) {
+  discard_aside(path);
+  std::error_code error;
+  std::filesystem::create_hard_link(existing, aside_name(path), error);
+  if (error) std::filesystem::copy_file(existing, aside_name(path), error);
+  if (error) fail(path, "written", error.value());
+  put_in_place(path);
+}
+
 void discard_aside(const std::string& path) noexcept { ::unlink(aside_name(path).c_str()); }
 
 void write_text_file(const std::string& path, const std::string& text) {

@@ -19,6 +19,10 @@ void put_in_place(const std::string& path);
 /// gone). At every moment at least one whole file exists under one of the two names.
 void put_in_place_keeping(const std::string& path, const std::string& previous);
 
+/// Gives the whole file `existing` a second name, over whatever stood there; a copy where the file
+/// system knows no second names.
+void put_link_in_place(const std::string& existing, const std::string& path);
+
 /// Removes aside_name(path) if it is there; never throws.
 void discard_aside(const std::string& path) noexcept;
 

@@ -1,84 +1,20 @@
 #include "fluid/output/state_format.hpp"
 
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cmath>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-
-#include "fluid/errors.hpp"
 #include "fluid/output/agreement.hpp"
 #include "fluid/output/aside_file.hpp"
-#include "fluid/output/checksum.hpp"
+#include "fluid/output/front_block.hpp"
 
 namespace bedload {
 namespace {
 
-constexpr const char* title = "bedload state";
-
-/// The text in front: three lines, filled up with zeros.
-std::string front_text(std::uint64_t bytes, std::uint64_t sum) {
-  std::string text =
-      fmt::format("{} {}\nbytes {}\nchecksum {:016x}\n", title, state_format_version, bytes, sum);
-  text.resize(state_block_bytes, '\0');
-  return text;
-}
-
-struct Front {
-  int version = 0;
-  std::uint64_t bytes = 0, sum = 0;
-};
-
-Front read_front(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw UserError(fmt::format("{}: the state cannot be opened.", path));
-  std::string text(state_block_bytes, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  Front front;
-  std::istringstream words(text.substr(0, text.find('\0')));
-  std::string first, second, bytes_word, sum_word;
-  words >> first >> second >> front.version >> bytes_word >> front.bytes >> sum_word >> std::hex >>
-      front.sum;
-  if (!words || first + " " + second != title || bytes_word != "bytes" || sum_word != "checksum")
-    throw UserError(fmt::format("{}: is not a state written by bedload.", path));
-  return front;
-}
-
-/// Refuses what is not exactly the file that was sealed.
-void check_front(const std::string& path, MPI_Comm comm) {
-  Front front;
-  on_first_rank(comm, [&] {
-    front = read_front(path);
-    if (front.version != state_format_version)
-      throw UserError(fmt::format("{}: is a state of format {}, but this program reads format {}.",
-                                  path, front.version, state_format_version));
-    const std::uint64_t found = std::filesystem::file_size(path);
-    const std::uint64_t sealed = front.bytes + state_block_bytes;
-    if (found != sealed)
-      throw UserError(fmt::format("{}: the state is {}; the file has {} bytes instead of {}.", path,
-                                  found < sealed ? "truncated" : "too long", found, sealed));
-  });
-  const std::uint64_t sum = file_checksum(path, state_block_bytes, comm);
-  on_first_rank(comm, [&] {
-    if (sum != front.sum)
-      throw UserError(
-          fmt::format("{}: the state is damaged; its check sum is {:016x} instead of "
-                      "{:016x}.",
-                      path, sum, front.sum));
-  });
-}
+constexpr FrontBlock state_front{"bedload state", state_format_version};
 
 }  // namespace
 
 std::unique_ptr<Hdf5File> create_state(const std::string& path, const StateHeader& header,
                                        MPI_Comm comm) {
   auto file = std::make_unique<Hdf5File>(aside_name(path), Hdf5File::Access::create, comm,
-                                         state_block_bytes);
+                                         front_block_bytes);
   std::array<std::int32_t, 6> walls{};
   for (std::size_t d = 0; d < 3; ++d)
     for (std::size_t e = 0; e < 2; ++e)
@@ -95,17 +31,8 @@ std::unique_ptr<Hdf5File> create_state(const std::string& path, const StateHeade
 }
 
 void seal_state(const std::string& path, const std::string& previous, MPI_Comm comm) {
-  const std::string name = aside_name(path);
-  const std::uint64_t sum = file_checksum(name, state_block_bytes, comm);
+  write_front_block(path, state_front, comm);
   on_first_rank(comm, [&] {
-    const std::string text = front_text(std::filesystem::file_size(name) - state_block_bytes, sum);
-    const int file = ::open(name.c_str(), O_WRONLY);
-    const bool done = file >= 0 && ::pwrite(file, text.data(), text.size(), 0) ==
-                                       static_cast<ssize_t>(text.size());
-    const int error = errno;
-    if (file >= 0) ::close(file);
-    if (!done)
-      throw UserError(fmt::format("{}: cannot be written ({}).", path, std::strerror(error)));
     if (previous.empty())
       put_in_place(path);
     else
@@ -114,7 +41,7 @@ void seal_state(const std::string& path, const std::string& previous, MPI_Comm c
 }
 
 StateReader::StateReader(const std::string& path, MPI_Comm comm) {
-  check_front(path, comm);
+  check_front_block(path, state_front, comm);
   // Every rank reads on its own: no reader has to wait for another, however the planes fall.
   together(comm, [&] {
     file_ = std::make_unique<Hdf5File>(path, Hdf5File::Access::read, MPI_COMM_SELF);

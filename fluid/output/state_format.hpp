@@ -31,10 +31,7 @@ using StateExtras = std::map<std::string, std::vector<double>>;
 /// Datasets of a state, in the order of the staggered components u, v, w and the pressure.
 inline constexpr std::array<const char*, 4> state_datasets{"u", "v", "w", "p"};
 
-/// In front of the HDF5 content stands one block of text with the version of the format and the
-/// size and check sum of all bytes behind it, so that damage is found before HDF5 ever sees the
-/// bytes.
-inline constexpr std::uint64_t state_block_bytes = 512;
+/// Of the block in front of the HDF5 content (front_block.hpp).
 inline constexpr int state_format_version = 1;
 
 /// Creates aside_name(path) with its header. Collective.

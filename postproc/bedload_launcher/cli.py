@@ -48,21 +48,48 @@ def claim_output(out: Path) -> None:
     out.rename(previous)
 
 
+def run_folder(restart: Path) -> Path:
+    """The folder of the run that `--restart` names, itself or by one of its checkpoints."""
+    return restart.parent if restart.name.startswith("checkpoint_") else restart
+
+
+def last_checkpoint(out: Path) -> Path | None:
+    """The newest checkpoint of the run in `out`."""
+    return max(out.glob("checkpoint_" + "[0-9]" * 8), default=None)
+
+
+def keep_log(out: Path) -> None:
+    """Gives LIGGGHTS' log of the run so far a name that the next part does not write over."""
+    log = out / "log.liggghts"
+    if log.is_file():
+        parts = len(list(out.glob("log.part*.liggghts")))
+        log.rename(out / f"log.part{parts + 1}.liggghts")
+
+
 def run(options: argparse.Namespace) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
     settings = accuracy.settings_of(options.accuracy, scene, options.set)
     name = "-".join(filter(None, (scene.name, model, options.accuracy)))
-    out = (options.out or Path("runs") / name).resolve()
+    restart = options.restart and options.restart.resolve()
+    out = (options.out or (run_folder(restart) if restart else Path("runs") / name)).resolve()
     ranks = job.Ranks.parse(options.ranks)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
-    claim_output(out)
+    if restart and run_folder(restart) == out:
+        keep_log(out)
+    else:
+        claim_output(out)
     out.mkdir(parents=True, exist_ok=True)
-    work = job.Job(scene, model, ranks, out, settings, options.steps)
+    work = job.Job(scene, model, ranks, out, settings, options.steps, restart=restart)
     print(f"bedload: {work.summary()}; output in {out}", flush=True)
     status = job.run(work.command(), scene.folder)
     if status != 0:
-        print(f"bedload: the run ended with status {status}; its output is {out}", file=sys.stderr)
+        last = last_checkpoint(out)
+        go_on = f"; go on with --restart {last}" if last else ""
+        print(
+            f"bedload: the run ended with status {status}; its output is {out}{go_on}",
+            file=sys.stderr,
+        )
         return status
     show = [*PYTHON, str(ROOT / "postproc" / "show.py"), str(out), "--after-run"]
     return job.run(show + (["--no-pictures"] if options.no_pictures else []), Path.cwd())
@@ -172,6 +199,11 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     sub.add_argument(
         "--out", type=Path, metavar="DIR", help="output folder (default: runs/SCENE-MODEL)"
     )
+    sub.add_argument(
+        "--restart", type=Path, metavar="DIR",
+        help="go on from a checkpoint, or from the last one in the run's folder DIR; without --out "
+        "the run goes on there",
+    )  # fmt: skip
     sub.add_argument("--no-pictures", action="store_true", help="numbers only at the end")
 
     sub = command("estimate", estimate, "say what a scene needs in memory and time before it is run")

@@ -103,16 +103,22 @@ def run(command: Sequence[str], folder: Path) -> int:
     """Runs `command` in `folder`, its output going straight to the terminal.
 
     Signals to the launcher are passed on; returns the exit status, 128 + n when killed by signal n.
+    mpirun kills its programs a second after a signal that asks for the end; the first such signal
+    goes to the programs instead, as SIGUSR2: they write a checkpoint and end.
     """
+    wishes = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP} if command[0] == "mpirun" else set()
+
+    def pass_on(received: int, _) -> None:
+        gently = received in wishes
+        wishes.clear()
+        child.send_signal(signal.SIGUSR2 if gently else received)
+
     # A process group of its own, so that Ctrl-C reaches mpirun once, through us: a second one
     # within seconds would make it give up the ranks without letting them finish.
     child = subprocess.Popen(
         command, cwd=folder, env=environment(), stdin=subprocess.DEVNULL, process_group=0
     )
-    before = {
-        number: signal.signal(number, lambda received, _: child.send_signal(received))
-        for number in FORWARDED
-    }
+    before = {number: signal.signal(number, pass_on) for number in FORWARDED}
     try:
         code = child.wait()
     finally:

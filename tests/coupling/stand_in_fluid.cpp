@@ -223,5 +223,6 @@ int main(int argc, char** argv) {
     app.add_option("--out", o.out);
     app.parse(argc, argv);
     run(job, o);
+    return 0;
   });
 }

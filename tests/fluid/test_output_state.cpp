@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "fluid/output/aside_file.hpp"
+#include "fluid/output/front_block.hpp"
 #include "fluid/output/interpolation.hpp"
 #include "fluid/output/state_file.hpp"
 #include "test_output_helpers.hpp"
@@ -247,7 +248,7 @@ TEST(OutputStateRefuses, DamagedForeignAndMisfittingFiles) {
   const auto refusal = [&](const std::string& bytes) { return refusal_on(grid, bytes); };
 
   EXPECT_EQ(refusal(whole), "");
-  for (std::size_t at = state_block_bytes; at < whole.size(); at += whole.size() / 40) {
+  for (std::size_t at = front_block_bytes; at < whole.size(); at += whole.size() / 40) {
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ 1);
     EXPECT_THAT(refusal(damaged), HasSubstr("damaged")) << "byte " << at;
@@ -257,7 +258,7 @@ TEST(OutputStateRefuses, DamagedForeignAndMisfittingFiles) {
   EXPECT_THAT(refusal(whole.substr(0, 300)), HasSubstr("truncated"));
   EXPECT_THAT(refusal(whole + "x"), HasSubstr("too long"));
   EXPECT_THAT(refusal(""), HasSubstr("not a state"));
-  EXPECT_THAT(refusal(whole.substr(state_block_bytes)), HasSubstr("not a state"));
+  EXPECT_THAT(refusal(whole.substr(front_block_bytes)), HasSubstr("not a state"));
   std::string newer = whole;
   newer[std::strlen("bedload state ")] = '9';
   EXPECT_THAT(refusal(newer), HasSubstr("format 9"));

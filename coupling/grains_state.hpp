@@ -1,0 +1,69 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+class Fix;
+class LAMMPS;
+}  // namespace LAMMPS_NS
+
+namespace bedload {
+
+/// LIGGGHTS' half of a checkpoint: all that a sphere takes along when it changes rank (its motion,
+/// what every fix keeps of it, its contacts' histories), what fixes keep for themselves (random
+/// numbers, counters), and LIGGGHTS' clock. Boxes, groups, models and fixes come from the script,
+/// which is run again up to its coupled_run. Every call is collective over LIGGGHTS' ranks.
+class GrainsState {
+ public:
+  /// Takes the state of a LIGGGHTS that has just finished a step. Contact histories have to be with
+  /// the spheres (Modify::setup_pre_exchange).
+  GrainsState(LAMMPS_NS::LAMMPS* lmp, std::int64_t fluid_step);
+
+  /// Reads a file; throws UserError with one sentence when it cannot be trusted or holds another
+  /// step.
+  GrainsState(LAMMPS_NS::LAMMPS* lmp, const std::string& path, std::int64_t fluid_step);
+
+  /// Writes the file, whole or not at all.
+  void write(const std::string& path) const;
+
+  /// Step number and time. To be set before fixes are initialised.
+  void set_clock() const;
+
+  /// Replaces all spheres, and sets the fixes' own states. To be called when LIGGGHTS and its fixes
+  /// are initialised, before the integrator's setup(). Throws UserError when the script has other
+  /// fixes than the one that wrote the state.
+  void put_back();
+
+  /// Sets fixes that draw random numbers to what the state says, so that a run that has written one
+  /// and a run that starts from it draw the same.
+  void align_random_numbers() const;
+
+ private:
+  /// What one fix keeps for itself, as it wrote it.
+  struct FixPart {
+    std::string id, style;
+    std::vector<char> bytes;
+  };
+  std::string source() const;
+  std::vector<std::string> fixes_of_spheres() const;
+  std::vector<LAMMPS_NS::Fix*> fixes_with_restart_alone() const;
+  void check_fixes() const;
+  bool is_mine(const double* packed) const;
+  void unpack(const std::vector<double>& packed, bool all);
+  void unpack_restart_parts();
+
+  LAMMPS_NS::LAMMPS* lmp_;
+  std::string path_;  ///< for messages
+  std::int64_t fluid_step_ = 0, step_ = 0, time_step_of_time_ = 0;
+  double time_ = 0.0;
+  std::array<std::int32_t, 3> ranks_{};    ///< LIGGGHTS' grid of ranks
+  std::vector<std::string> sphere_fixes_;  ///< that keep something per sphere, in order
+  std::vector<FixPart> fix_parts_;
+  std::vector<std::vector<double>> spheres_;  ///< packed, by rank; when taken, this rank's alone
+  std::vector<std::vector<double>> restart_parts_;  ///< of each sphere unpacked, see unpack()
+};
+
+}  // namespace bedload

@@ -1,0 +1,120 @@
+#include "fluid/output/checkpoint_store.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+
+#include "fluid/errors.hpp"
+
+namespace bedload {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view prefix = "checkpoint_";
+constexpr std::size_t kept = 2;
+
+std::string part_folder(const std::string& out) { return out + "/checkpoint.part"; }
+
+std::string final_folder(const std::string& out, std::int64_t step) {
+  return fmt::format("{}/{}{:08d}", out, prefix, step);
+}
+
+/// The step in the name of a checkpoint's folder.
+std::optional<std::int64_t> step_of(const fs::path& folder) {
+  const std::string name = folder.filename().string();
+  if (!name.starts_with(prefix)) return std::nullopt;
+  std::int64_t step = 0;
+  const char* const end = name.data() + name.size();
+  const auto [read, error] = std::from_chars(name.data() + prefix.size(), end, step);
+  if (error != std::errc{} || read != end || step < 0) return std::nullopt;
+  return step;
+}
+
+/// Removes a checkpoint, and nothing that somebody else put there.
+void remove_checkpoint(const std::string& folder) {
+  std::error_code error;
+  for (const char* part : {checkpoint_fluid_part, checkpoint_grains_part})
+    for (const char* ending : {"", ".part", ".space"})
+      fs::remove(fmt::format("{}/{}{}", folder, part, ending), error);
+  fs::remove(folder, error);
+  if (error && error != std::errc::no_such_file_or_directory)
+    throw UserError(fmt::format("{}: cannot be removed ({}).", folder, error.message()));
+}
+
+void sync(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY);
+  const bool done = file >= 0 && (::fsync(file) == 0 || errno == EINVAL);
+  const int error = errno;
+  if (file >= 0) ::close(file);
+  if (!done)
+    throw UserError(fmt::format("{}: cannot be written ({}).", path, std::strerror(error)));
+}
+
+}  // namespace
+
+std::vector<CheckpointPlace> find_checkpoints(const std::string& out) {
+  std::vector<CheckpointPlace> found;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(out, error))
+    if (const auto step = step_of(entry.path()); step && entry.is_directory(error))
+      found.push_back({entry.path().string(), *step});
+  std::sort(found.begin(), found.end(),
+            [](const auto& a, const auto& b) { return a.step < b.step; });
+  return found;
+}
+
+CheckpointPlace locate_checkpoint(const std::string& where) {
+  fs::path path = fs::absolute(where).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
+  if (!fs::exists(path)) throw UserError(fmt::format("--restart {}: there is nothing.", where));
+  if (const auto step = step_of(path)) return {path.string(), *step};
+  const auto found = find_checkpoints(path.string());
+  if (found.empty())
+    throw UserError(fmt::format(
+        "--restart {}: is neither a checkpoint nor a folder of a run that holds one.", where));
+  return found.back();
+}
+
+std::string begin_checkpoint(const std::string& out) {
+  const std::string folder = part_folder(out);
+  remove_checkpoint(folder);
+  std::error_code error;
+  if (!fs::create_directory(folder, error))
+    throw UserError(fmt::format("{}: cannot be made ({}).", folder,
+                                error ? error.message() : "something else stands there"));
+  return folder;
+}
+
+CheckpointPlace commit_checkpoint(const std::string& out, std::int64_t step) {
+  const std::string folder = final_folder(out, step);
+  sync(part_folder(out));
+  remove_checkpoint(folder);
+  if (::rename(part_folder(out).c_str(), folder.c_str()) != 0)
+    throw UserError(fmt::format("{}: cannot be written ({}).", folder, std::strerror(errno)));
+  sync(out);
+  const auto all = find_checkpoints(out);
+  for (std::size_t n = 0; n + kept < all.size(); ++n) remove_checkpoint(all[n].folder);
+  return {folder, step};
+}
+
+void discard_checkpoint(const std::string& out) noexcept {
+  try {
+    remove_checkpoint(part_folder(out));
+  } catch (const std::exception&) {  // it stays, under a name that nobody takes for a checkpoint
+  }
+}
+
+void forget_checkpoints_after(const std::string& out, std::int64_t step) {
+  for (const CheckpointPlace& place : find_checkpoints(out))
+    if (place.step > step) remove_checkpoint(place.folder);
+}
+
+}  // namespace bedload

@@ -1,0 +1,216 @@
+"""Checkpoints of both programs and --restart: a run that goes on from one is the run itself."""
+
+import shutil
+import signal
+import subprocess
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+from job import BIN, ENVIRONMENT, SCENES, command, run
+
+SCENE = SCENES / "pocket"
+HALF = 60  # steps up to the first checkpoint: sphere 9 is in contact then
+WHOLE = ["--steps", str(2 * HALF), "--set", f"checkpoint.every={HALF * 0.02}"]
+REST = ["--steps", str(HALF), "--set", f"checkpoint.every={HALF * 0.02}"]
+
+
+def line(out, *fluid_options, ranks=(1, 1), restart=None):
+    fluid = [str(BIN / "bedload-fluid"), str(SCENE / "fluid.toml"), "--out", str(out)]
+    fluid += [*fluid_options, *(["--restart", str(restart)] if restart else [])]
+    dem = [str(BIN / "bedload-dem"), "-in", str(SCENE / "in.liggghts"), "-var", "out", str(out)]
+    return command(fluid, [*dem, "-log", "none"], ranks)
+
+
+def job(out, *fluid_options, ranks=(1, 1), restart=None):
+    result = run(line(out, *fluid_options, ranks=ranks, restart=restart), out.parent, timeout=300)
+    return result
+
+
+def checkpoint(folder, step):
+    return folder / f"checkpoint_{step:08d}"
+
+
+def numbers(file):
+    """Every dataset of an HDF5 file by name."""
+    found = {}
+    with h5py.File(file) as content:
+        content.visititems(
+            lambda name, item: found.update({name: item[()]})
+            if isinstance(item, h5py.Dataset) else None
+        )  # fmt: skip
+    return found
+
+
+def same_numbers(a, b):
+    a, b = numbers(a), numbers(b)
+    return a.keys() == b.keys() and all(np.array_equal(a[name], b[name]) for name in a)
+
+
+@pytest.fixture(scope="module", params=[(1, 1), (3, 2)], ids=["1+1", "3+2"])
+def whole(request, tmp_path_factory):
+    """A run with a checkpoint in its middle and one at its end, and its ranks."""
+    out = tmp_path_factory.mktemp("whole") / "out"
+    result = job(out, *WHOLE, ranks=request.param)
+    assert result.status == 0, result.output
+    return out, request.param
+
+
+def half_of(whole, folder):
+    """As the run would have been left by a crash behind its first checkpoint."""
+    shutil.copytree(whole, folder)
+    shutil.rmtree(checkpoint(folder, 2 * HALF))
+    return folder
+
+
+def test_bit_for_bit_on_the_same_ranks(whole, tmp_path):
+    """Fields, pressure, spheres in collision, collision table, history: the same files."""
+    out, ranks = whole
+    again = half_of(out, tmp_path / "again")
+    result = job(again, *REST, ranks=ranks, restart=again)
+    assert result.status == 0, result.output
+    for name in ("state.h5", "fields.h5", "spheres.h5"):
+        assert same_numbers(out / name, again / name), name
+    for name in ("history.csv", "collisions.csv"):
+        assert (out / name).read_bytes() == (again / name).read_bytes(), name
+    assert len((out / "collisions.csv").read_text().splitlines()) > 2
+    table = numbers(out / "spheres.h5")
+    assert len(np.unique(table["mobile/step"])) == 2 * HALF + 1
+
+
+def test_to_round_off_on_other_ranks(whole, tmp_path):
+    """From any ranks to any others. Round-off of 1e-16 grows over sixty steps and one collision to
+    1e-13; what is forgotten (a contact's history, a load, the old pressure) shows as 1e-6."""
+    out, ranks = whole
+    other = (2, 2) if ranks == (1, 1) else (1, 1)
+    there = tmp_path / "there"
+    result = job(there, *REST, ranks=other, restart=checkpoint(out, HALF))
+    assert result.status == 0, result.output
+    a, b = numbers(out / "spheres.h5"), numbers(there / "spheres.h5")
+    behind = a["mobile/step"] > HALF
+    assert np.array_equal(a["mobile/step"][behind], b["mobile/step"])
+    for name in ("position", "velocity", "angular_velocity", "force"):
+        apart = np.abs(a[f"mobile/{name}"][behind] - b[f"mobile/{name}"])
+        apart = np.minimum(apart, np.abs(apart - 4.0)) if name == "position" else apart
+        assert apart.max() < 1e-10, name
+    a, b = numbers(out / "state.h5"), numbers(there / "state.h5")
+    for name in "uvw":
+        assert np.abs(a[name] - b[name]).max() < 1e-11
+
+
+def test_two_checkpoints_are_kept(tmp_path):
+    out = tmp_path / "out"
+    result = job(out, "--steps", "8", "--set", "checkpoint.every=0.04")
+    assert result.status == 0, result.output
+    assert sorted(p.name for p in out.glob("checkpoint*")) == [
+        "checkpoint_00000006", "checkpoint_00000008",
+    ]  # fmt: skip
+
+
+def damage(path, how):
+    content = bytearray(path.read_bytes())
+    if how == "truncated":
+        content = content[: len(content) // 2]
+    elif how == "flipped bit":
+        content[len(content) * 2 // 3] ^= 4
+    elif how == "old format":
+        content[:20] = content[:20].replace(b" 1\n", b" 0\n")
+    else:
+        content = b"something else"
+    path.write_bytes(content)
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory):
+    out = tmp_path_factory.mktemp("short") / "out"
+    result = job(out, "--steps", "4", "--set", "checkpoint.every=0.04")
+    assert result.status == 0, result.output
+    return out
+
+
+@pytest.mark.parametrize("how", ["truncated", "flipped bit", "old format", "foreign", "torn"])
+@pytest.mark.parametrize("part", ["fluid.h5", "grains.bin"])
+def test_a_bad_checkpoint_is_refused_and_the_one_before_offered(short, tmp_path, part, how):
+    out = tmp_path / "out"
+    shutil.copytree(short, out)
+    last, before = checkpoint(out, 4), checkpoint(out, 2)
+    if how == "torn":
+        shutil.copy(before / part, last / part)
+    else:
+        damage(last / part, how)
+    result = job(out, "--steps", "1", ranks=(2, 1), restart=out)
+    assert result.status != 0
+    spoken = [text for text in result.output.splitlines() if text.startswith("bedload-")]
+    assert len(spoken) == 1, result.output
+    assert str(last / part) in spoken[0]
+    if (part, how) != ("grains.bin", "torn"):  # LIGGGHTS alone can tell
+        assert f"--restart {before}" in spoken[0]
+        assert job(out, "--steps", "1", restart=before).status == 0
+
+
+@pytest.mark.parametrize(
+    "options, dem, found",
+    [
+        (["--set", "grid.cells=[64,48,32]"], [], ["grid.cells", "64, 48, 32", "start.file"]),
+        (["--set", "grid.length=[8.0,6.0,4.0]"], [], ["grid.length", "8"]),
+        ([], ["another"], ["another LIGGGHTS script or model", "history_floor"]),
+    ],
+    ids=["grid", "box", "script"],
+)
+def test_a_checkpoint_of_another_scene(short, tmp_path, options, dem, found):
+    words = line(tmp_path / "out", "--steps", "1", *options, restart=checkpoint(short, 4))
+    if dem:
+        script = (SCENE / "in.liggghts").read_text().replace(" tangential haff_werner", "")
+        (tmp_path / "in.liggghts").write_text(script)
+        words[words.index("-in") + 1] = str(tmp_path / "in.liggghts")
+    result = run(words, tmp_path, timeout=120)
+    assert result.status != 0
+    for text in found:
+        assert text in result.output
+
+
+def test_nothing_to_go_on_from(tmp_path):
+    result = job(tmp_path / "out", restart=tmp_path)
+    assert result.status != 0
+    assert "neither a checkpoint nor a folder of a run" in result.output
+
+
+@pytest.mark.parametrize("sent", [signal.SIGUSR1, signal.SIGUSR2])
+def test_signals(tmp_path, sent):
+    """SIGUSR1: a checkpoint, and on; SIGUSR2 (and SIGTERM where nobody kills a second later): a
+    checkpoint, and the end, from which a run goes on."""
+    out = tmp_path / "out"
+    child = subprocess.Popen(
+        line(out, "--set", "time.end=1e3", ranks=(2, 1)), env=ENVIRONMENT,
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+    try:
+        deadline = time.monotonic() + 120
+        while not (out / "history.csv").exists() or len((out / "history.csv").read_text()) < 1000:
+            assert time.monotonic() < deadline and child.poll() is None
+            time.sleep(0.05)
+        child.send_signal(sent)
+        if sent == signal.SIGUSR1:
+            while not list(out.glob("checkpoint_*")):
+                assert time.monotonic() < deadline and child.poll() is None
+                time.sleep(0.05)
+            time.sleep(0.5)
+            assert child.poll() is None
+            child.send_signal(signal.SIGUSR2)
+        said, _ = child.communicate(timeout=60)
+    finally:
+        child.kill()
+    assert child.returncode == 3, said
+    last = sorted(out.glob("checkpoint_*"))[-1]
+    spoken = [text for text in said.splitlines() if text.startswith("bedload-fluid: ")]
+    assert len(spoken) == 1 and str(last) in spoken[0] and "signal" in spoken[0]
+    assert job(out, "--steps", "1", restart=out).status == 0
+
+
+def test_the_time_limit(tmp_path):
+    out = tmp_path / "out"
+    result = job(out, "--set", "time.end=1e3", "--set", "time.wall_limit=1.0")
+    assert result.status == 3
+    assert "time.wall_limit" in result.output and str(out / "checkpoint_") in result.output
