@@ -29,7 +29,19 @@ constexpr const char* wisdom_name = "fftw_wisdom";
 constexpr const char* step_name = "time_step";
 constexpr const char* due_name = "checkpoint_due";
 
-std::vector<double> as_numbers(const std::string& text) { return {text.begin(), text.end()}; }
+/// What FFTW has learned on the first rank, as numbers: ranks may write the same down in texts of
+/// different lengths, and what goes into the file has to be the same everywhere. Collective.
+template <class Real>
+std::vector<double> transform_wisdom(MPI_Comm comm) {
+  char* const text = Fftw<Real>::wisdom();
+  std::vector<double> numbers(text, text + std::strlen(text));
+  std::free(text);
+  int length = static_cast<int>(numbers.size());
+  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
+  numbers.resize(static_cast<std::size_t>(length));
+  MPI_Bcast(numbers.data(), length, MPI_DOUBLE, 0, comm);
+  return numbers;
+}
 
 const std::vector<double>& list_of(const StateExtras& extras, const char* name) {
   static const std::vector<double> nothing;
@@ -248,9 +260,7 @@ StateExtras Checkpoints<Real>::extras() const {
   extras[z_cuts_name] = {cuts.z.begin(), cuts.z.end()};
   if (channel.immersed_boundary())
     extras[interior_name] = channel.immersed_boundary()->remembered();
-  char* const wisdom = Fftw<Real>::wisdom();
-  extras[wisdom_name] = as_numbers(wisdom);
-  std::free(wisdom);
+  extras[wisdom_name] = transform_wisdom<Real>(channel.comm());
   return extras;
 }
 
