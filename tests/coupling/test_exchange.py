@@ -227,7 +227,9 @@ def children(pid):
 
 
 def test_sudden_death_of_liggghts_ends_the_job(tmp_path):
-    line = command(stand_in("--steps", "1000000000"), liggghts("free_flight.liggghts"), (2, 2))
+    # Slow steps: at full speed the spheres would reach a wall within the second that is waited here.
+    fluid = stand_in("--steps", "1000000000", "--pressure-seconds", "0.02")
+    line = command(fluid, liggghts("free_flight.liggghts"), (2, 2))
     mpirun = subprocess.Popen(line, cwd=tmp_path, env=ENVIRONMENT, stdin=subprocess.DEVNULL,
                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
