@@ -141,41 +141,50 @@ def light(runner: Runner) -> Result:
     return result
 
 
-def _sweep_series(reference: np.ndarray, time: np.ndarray, u: np.ndarray) -> np.ndarray:
-    return np.interp(reference[:, 0], time, u) - reference[:, 1]
-
-
 def box(runner: Runner) -> Result:
     """Settling in a closed box until the stop at the floor (ten Cate et al. 2002, E1 and E4)."""
     result = Result("Settling in a box (ten Cate et al. 2002)", axes=("t / s", "u / m/s"))
+    result.remarks.append(
+        "The measured velocities add up to a longer way than the 120 mm from the release to the floor, so "
+        "no sphere can follow them to the stop: the last runs start at the height that the series itself "
+        "implies."
+    )
     for case, density, viscosity, end, u_max in (
         ("E1", 970.0, 0.373, 4.2, 0.0363), ("E4", 960.0, 0.058, 1.35, 0.1226),
     ):  # fmt: skip
         measured = _reference("ten_cate_2002.csv", case)
+        way = -float(np.trapz(np.append(0.0, measured[:, 1]), np.append(0.0, measured[:, 0])))
+        result.rows.append(Row(f"{case}: way that the measured velocities add up to / m", way, 0.12,
+                               source="release height"))  # fmt: skip
         result.curves.append(Curve(f"{case} measured", *_thin(measured[:, 0], measured[:, 1]), True))
-        for cells, bound in ((50, None), (64, 0.03)):
-            h = 0.1 / cells
-            nu = viscosity / density
-            run = runner("box", f"box-{case}-{cells}", {
+        for cells, gap, bound in ((50, 0.12, None), (60, 0.12, 0.03), (50, way, 0.03)):
+            h, nu = 0.1 / cells, viscosity / density
+            high = f", released at {1e3 * gap:.1f} mm" if gap != 0.12 else ""
+            run = runner("box", f"box-{case}-{cells}" + ("-higher" if high else ""), {
                 "grid.cells": [cells, 8 * cells // 5, cells], "fluid.density": density,
                 "fluid.kinematic_viscosity": nu,
                 "time.step": min(0.19 * h * h / nu, 0.25 * h / u_max), "time.end": end,
                 "reference.velocity": u_max,
-            })  # fmt: skip
+            }, {"gap": gap} if high else {})  # fmt: skip
             motion = _motion(run)
             time, u = motion["time"], motion["velocity"][:, 1]
-            off = _sweep_series(measured, time, u)
-            worst = int(np.argmax(np.abs(off)))
-            across = 0.015 / h
-            result.rows.append(Row(f"{case}: largest speed, D/h = {across:.1f}", float(-u.min()),
-                                   float(-measured[:, 1].min()), bound,
-                                   source="ten Cate et al. 2002"))  # fmt: skip
-            result.rows.append(Row(
-                f"{case}: velocity furthest from the measured series (t = {measured[worst, 0]:.3f} s, "
-                f"rms of all {100 * float(np.sqrt(np.mean(off**2))) / u_max:.1f} %), "
-                f"D/h = {across:.1f}", float(np.interp(measured[worst, 0], time, u)),
-                float(measured[worst, 1]), bound, scale=u_max, source="of u_max"))  # fmt: skip
-            result.curves.append(Curve(f"{case}, D/h = {across:.1f}", *_thin(time, u)))
+            off = np.interp(measured[:, 0], time, u) - measured[:, 1]
+            case_name = f"D/h = {0.015 / h:.1f}{high}"
+            result.curves.append(Curve(f"{case}, {case_name}", *_thin(time, u)))
+            if not high:
+                result.rows.append(Row(f"{case}: largest speed, {case_name}", float(-u.min()),
+                                       float(-measured[:, 1].min()), bound,
+                                       source="ten Cate et al. 2002"))  # fmt: skip
+            # Up to where the measured sphere begins to stop, and all of it.
+            fastest = int(np.argmin(measured[:, 1]))
+            for part, name in ((slice(0, fastest + 1), "until the largest speed"),
+                               (slice(None), "to the stop")):  # fmt: skip
+                worst = int(np.argmax(np.abs(off[part])))
+                rms = 100 * float(np.sqrt(np.mean(off[part] ** 2))) / u_max
+                result.rows.append(Row(
+                    f"{case}: furthest from the measured series {name} (t = {measured[worst, 0]:.3f} s; "
+                    f"rms {rms:.1f} %), {case_name}", float(measured[worst, 1] + off[worst]),
+                    float(measured[worst, 1]), bound, scale=u_max, source="error over u_max"))  # fmt: skip
     return result
 
 

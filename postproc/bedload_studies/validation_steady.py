@@ -292,14 +292,14 @@ def film(runner: Runner) -> Result:
             found = float(_last_load(run)[0][1]) / (3.0 * math.pi)
             missing.append(exact - found)
             full.append(0.5 * n / gap if gap < 2 else 0.0)
-            shifted.append(0.5 * n / gap - 0.25 * n if gap < 2 else 0.0)
+            shifted.append(max(0.0, 0.5 * n / gap - 0.5 * n / 0.65))
             result.rows.append(Row(f"resolved force, gap {gap} h, D/h = {n} (1/gap adds "
-                                   f"{full[-1]:.2f}, 1/gap - 1/2h {shifted[-1]:.2f})", found, exact,
+                                   f"{full[-1]:.2f}, 1/gap - 1/0.65h {shifted[-1]:.2f})", found, exact,
                                    source="Brenner 1961"))  # fmt: skip
         result.curves.append(Curve(f"missing, D/h = {n}", gaps, missing, points=True))
         if n == 8:
             result.curves.append(Curve("R/gap (shipped)", gaps, full))
-            result.curves.append(Curve("R/gap - R/2h", gaps, shifted))
+            result.curves.append(Curve("R/gap - R/0.65h (unresolved)", gaps, shifted))
     return result
 
 
