@@ -1,12 +1,9 @@
 """Measurements as one line of JSON each: kernels by programs bench_*, whole steps by short runs."""
 
-import csv
 import datetime
 import json
 import platform
 import subprocess
-import tempfile
-import tomllib
 from collections.abc import Iterator
 from math import prod
 from pathlib import Path
@@ -16,6 +13,7 @@ from .build import BIN, ROOT
 from .errors import UserError
 from .machine import cores
 from .scenes import Scene
+from .trial import run_trial
 
 STEPS = 40  # of a scene; the first ones are dearer by a few per cent
 
@@ -61,29 +59,16 @@ def kernels(program: Path, ranks: job.Ranks) -> Iterator[dict]:
 
 def whole_step(scene: Scene, ranks: job.Ranks) -> dict:
     """Runs `scene` for STEPS steps; time per step, cells per second, seconds per step by part."""
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder)
-        work = job.Job(scene, scene.default_model(), ranks, out, steps=STEPS)
-        done = subprocess.run(
-            work.command(), cwd=scene.folder, env=job.environment(), stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
-        )  # fmt: skip
-        if done.returncode != 0:
-            words = done.stdout.strip()
-            raise UserError(f"scene {scene.name} ended with status {done.returncode}: {words}")
-        settings = tomllib.loads((out / "settings.toml").read_text(encoding="utf-8"))
-        with (out / "timing.csv").open(newline="", encoding="utf-8") as stream:
-            parts = {row["part"]: row for row in csv.DictReader(stream)}
-    cells = prod(settings["grid"]["cells"])
-    seconds = {name: float(row["seconds_mean_over_ranks"]) / STEPS for name, row in parts.items()}
-    total = sum(seconds.values())
+    work = job.Job(scene, scene.default_model(), ranks, scene.folder, steps=STEPS)
+    trial = run_trial(work)
+    cells = prod(trial.cells)
     return {
         "name": f"step/{scene.name}",
         "ranks": f"{ranks.fluid}:{ranks.dem}" if scene.moves_grains else f"{ranks.fluid}",
         "cells": cells,
-        "seconds": total,
-        "cells_per_second": cells / total,
-        "parts": {name: round(value, 6) for name, value in seconds.items()},
+        "seconds": trial.step_seconds,
+        "cells_per_second": cells / trial.step_seconds,
+        "parts": {name: round(value, 6) for name, value in trial.step_parts.items()},
     }
 
 

@@ -10,7 +10,6 @@ import csv
 import math
 import os
 import resource
-import threading
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -18,7 +17,7 @@ from pathlib import Path
 from bedload_launcher.accuracy import PRESETS
 from bedload_launcher.errors import unknown
 from bedload_launcher.job import Ranks
-from bedload_launcher.trial import watch_memory
+from bedload_launcher.memory import MemoryWatch
 
 from . import validation_moving, validation_steady
 from .accuracy_report import write_report
@@ -52,19 +51,12 @@ class PricedRunner(Runner):
         return run
 
     def _run(self, line, scene, out: Path) -> float:
-        peaks: dict[int, tuple[str, int]] = {}
-        over = threading.Event()
-        watch = threading.Thread(target=watch_memory, args=(os.getpid(), peaks, over))
-        watch.start()
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        try:
+        with MemoryWatch(os.getpid()) as memory:
             seconds = super()._run(line, scene, out)
-        finally:
-            over.set()
-            watch.join()
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-        megabytes = sum(peak for name, peak in peaks.values() if name.startswith("bedload")) / 1e6
+        megabytes = memory.bytes_of() / 1e6
         (out / "price.csv").write_text(f"{spent:.3f},{megabytes:.1f}", encoding="utf-8")
         return seconds
 
