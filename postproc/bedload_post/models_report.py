@@ -14,7 +14,7 @@ from .bed_friction import friction_velocity
 from .flow_statistics import FlowStatistics
 from .model_figures import MODELS, Case
 from .outputs import MissingOutput, Run, Samples
-from .report import STYLE, image, table
+from .report import image, page, table
 from .states import CREEPING, NAMES, unwrap
 from .transport import jump_heights, measure
 
@@ -222,11 +222,5 @@ def write(comparison: Comparison, folder: Path, remarks: str = "") -> list[dict]
         '<p>Film of the moving bed: <a href="film.mp4">film.mp4</a></p>' if film.is_file() else "",
         "<h2>Circumstances</h2>" + table(facts, ("", "")),
     ]
-    page = (
-        '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>'
-        f"{html.escape(comparison.title)}</title><style>{STYLE}</style></head><body>"
-        + "\n".join(body)
-        + "</body></html>\n"
-    )
-    (folder / "report.html").write_text(page, encoding="utf-8")
+    (folder / "report.html").write_text(page(comparison.title, body), encoding="utf-8")
     return values

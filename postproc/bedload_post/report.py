@@ -28,15 +28,26 @@ def image(file: Path, caption: str) -> str:
     return f'<h2>{caption}</h2><img alt="{caption}" src="data:image/png;base64,{data}">'
 
 
-def table(rows: Iterable[Sequence[str]], classes: Sequence[str]) -> str:
-    """Rows of text; `classes`: one of each column."""
+def page(title: str, body: Iterable[str]) -> str:
+    """A whole HTML file."""
+    return (
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}'
+        f"</title><style>{STYLE}</style></head><body>" + "\n".join(body) + "</body></html>\n"
+    )
+
+
+def table(
+    rows: Iterable[Sequence[str]], classes: Sequence[str], head: Sequence[str] = ()
+) -> str:
+    """Rows of text; `classes`: one of each column; `head`: their names."""
     def cells(row):
         return "".join(
             f'<td class="{name}">{html.escape(cell)}</td>'
             for name, cell in zip(classes, row, strict=True)
         )
 
-    return "<table>" + "".join(f"<tr>{cells(row)}</tr>" for row in rows) + "</table>"
+    first = "<tr>" + "".join(f"<th>{html.escape(n)}</th>" for n in head) + "</tr>" if head else ""
+    return "<table>" + first + "".join(f"<tr>{cells(row)}</tr>" for row in rows) + "</table>"
 
 
 def write(
@@ -64,10 +75,4 @@ def write(
         "<h2>Where the time went</h2>" + table(seconds, ("", "number", "number")) if times else "",
         f"<h2>Settings in force</h2><pre>{settings}</pre>",
     ]
-    page = (
-        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>'
-        f"{html.escape(run.name)}</title><style>{STYLE}</style></head><body>"
-        + "\n".join(body)
-        + "</body></html>\n"
-    )
-    file.write_text(page, encoding="utf-8")
+    file.write_text(page(run.name, body), encoding="utf-8")

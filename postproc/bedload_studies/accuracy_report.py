@@ -1,11 +1,10 @@
 """Error against price as figures and a page."""
 
-import base64
-import html
 from collections.abc import Callable
 from pathlib import Path
 
 import matplotlib
+from bedload_post.report import image, page, table
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (the backend comes first)
@@ -40,28 +39,23 @@ def draw_case(case: str, points, best: set[str], file: Path) -> None:
 
 def write_report(folder: Path, points, front: Callable[[list], set[str]]) -> None:
     """CASE.png for each case and accuracy.html with all tables and figures."""
-    parts = [
-        "<!doctype html><meta charset=utf-8><title>What accuracy costs</title>",
-        "<style>body{font:15px/1.5 sans-serif;max-width:62em;margin:2em auto;padding:0 1em}"
-        "table{border-collapse:collapse}td,th{padding:.15em .7em;text-align:left}"
-        "td.n{text-align:right}tr.best{font-weight:600}img{max-width:100%}</style>",
-        "<h1>What accuracy costs</h1><p>Bold rows: no other row has both a smaller error and fewer "
-        "core-seconds.</p>",
+    body = [
+        "<h1>What accuracy costs</h1><p>Best: no other row has both a smaller error and fewer "
+        "core-seconds.</p>"
     ]
+    columns = ("choice", "knob", "error / %", "core-seconds", "memory / MB", "")
     for case in dict.fromkeys(p.case for p in points):
         mine = [p for p in points if p.case == case]
         best = front(mine)
         file = folder / f"{case}.png"
         draw_case(case, mine, best, file)
-        image = base64.b64encode(file.read_bytes()).decode()
-        parts.append(f"<h2>{html.escape(case.replace('_', ' '))}</h2>")
-        parts.append(f'<img src="data:image/png;base64,{image}" alt="error against core-seconds">')
-        parts.append("<table><tr><th>choice<th>knob<th>error / %<th>core-seconds<th>memory / MB")
-        parts += [
-            f"<tr{' class=best' if p.label in best else ''}><td>{html.escape(p.label)}"
-            f"<td>{html.escape(p.knob)}<td class=n>{100 * p.error:+.2f}"
-            f"<td class=n>{p.core_seconds:.1f}<td class=n>{p.megabytes:.0f}"
+        rows = (
+            (
+                p.label, p.knob, f"{100 * p.error:+.2f}", f"{p.core_seconds:.1f}",
+                f"{p.megabytes:.0f}", "best" if p.label in best else "",
+            )
             for p in mine
-        ]
-        parts.append("</table>")
-    (folder / "accuracy.html").write_text("\n".join(parts), encoding="utf-8")
+        )  # fmt: skip
+        body.append(image(file, case.replace("_", " ")))
+        body.append(table(rows, ("", "", "number", "number", "number", "note"), columns))
+    (folder / "accuracy.html").write_text(page("What accuracy costs", body), encoding="utf-8")

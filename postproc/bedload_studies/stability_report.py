@@ -1,10 +1,10 @@
 """The map of the hard cases as a picture and a page."""
 
-import base64
 import html
 from pathlib import Path
 
 import matplotlib
+from bedload_post.report import image, page, table
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (the backend comes first)
@@ -67,30 +67,17 @@ def write_report(folder: Path, cells) -> None:
     """stability.png and stability.html in `folder`."""
     picture = folder / "stability.png"
     draw_map(cells, picture)
-    image = base64.b64encode(picture.read_bytes()).decode()
-    parts = [
-        "<!doctype html><meta charset=utf-8><title>Hard cases</title>",
-        "<style>body{font:15px/1.5 sans-serif;max-width:62em;margin:2em auto;padding:0 1em}"
-        "table{border-collapse:collapse}td,th{padding:.15em .7em;text-align:left}"
-        "td.n{text-align:right}img{max-width:100%}</style>",
-        "<h1>Hard cases: what holds, and where the limit is</h1>",
-        f'<img src="data:image/png;base64,{image}" alt="map of the cases">',
-    ]
+    body = ["<h1>Hard cases: what holds, and where the limit is</h1>", image(picture, "Map")]
     for name, case in CASES.items():
         mine = [c for c in cells if c.case == name]
         if not mine:
             continue
         criterion = " ".join((case.judge.__doc__ or "").split())
-        parts.append(f"<h2>{html.escape(case.question)}</h2><p>{html.escape(criterion)}</p>")
-        parts.append(
-            f"<table><tr><th>{html.escape(case.knob)}<th>U dt/h<th>precision<th>verdict<th>"
-            "number<th>"
-        )
-        parts += [
-            f"<tr><td>{html.escape(c.value)}<td>{c.courant:g}<td>{c.precision}"
-            f'<td style="color:{COLOURS[c.verdict]}">{c.verdict}<td class=n>{c.number:.3g}'
-            f"<td>{html.escape(c.words)}"
+        body.append(f"<h2>{html.escape(case.question)}</h2><p>{html.escape(criterion)}</p>")
+        rows = (
+            (c.value, f"{c.courant:g}", c.precision, c.verdict, f"{c.number:.3g}", c.words)
             for c in mine
-        ]
-        parts.append("</table>")
-    (folder / "stability.html").write_text("\n".join(parts), encoding="utf-8")
+        )
+        columns = (case.knob, "U dt/h", "precision", "verdict", "number", "")
+        body.append(table(rows, ("", "", "", "", "number", "note"), columns))
+    (folder / "stability.html").write_text(page("Hard cases", body), encoding="utf-8")
