@@ -62,7 +62,7 @@ bool has_state_of_its_own(const LAMMPS_NS::Fix& fix) {
 
 /// "id (style, size)": contact models differ in what they remember of a contact.
 std::string name_of(LAMMPS_NS::Fix& fix) {
-  int size = fix.size_peratom_cols;
+  int size = fix.peratom_flag != 0 ? fix.size_peratom_cols : 0;  // LIGGGHTS sets it only then
   if (auto* const history = dynamic_cast<LAMMPS_NS::FixContactHistory*>(&fix))
     size = history->get_dnum();
   return fmt::format("{} ({}, {})", fix.id, fix.style, size);

@@ -58,14 +58,6 @@ def last_checkpoint(out: Path) -> Path | None:
     return max(out.glob("checkpoint_" + "[0-9]" * 8), default=None)
 
 
-def keep_log(out: Path) -> None:
-    """Gives LIGGGHTS' log of the run so far a name that the next part does not write over."""
-    log = out / "log.liggghts"
-    if log.is_file():
-        parts = len(list(out.glob("log.part*.liggghts")))
-        log.rename(out / f"log.part{parts + 1}.liggghts")
-
-
 def run(options: argparse.Namespace) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
@@ -76,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
     ranks = job.Ranks.parse(options.ranks)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
     if restart and run_folder(restart) == out:
-        keep_log(out)
+        job.keep_log(out)
     else:
         claim_output(out)
     out.mkdir(parents=True, exist_ok=True)

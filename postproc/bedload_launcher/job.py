@@ -99,6 +99,14 @@ class Job:
         return line
 
 
+def keep_log(out: Path) -> None:
+    """Gives LIGGGHTS' log of the run so far a name that the next part does not write over."""
+    log = out / "log.liggghts"
+    if log.is_file():
+        parts = len(list(out.glob("log.part*.liggghts")))
+        log.rename(out / f"log.part{parts + 1}.liggghts")
+
+
 def run(command: Sequence[str], folder: Path) -> int:
     """Runs `command` in `folder`, its output going straight to the terminal.
 

@@ -124,7 +124,9 @@ def run_member(member: Member, ranks: job.Ranks, overrides: Sequence[str]) -> in
         print(f"bedload: {member.out.name} is done", flush=True)
         return 0
     going_on = any(member.out.glob("checkpoint_*"))
-    if not going_on and (member.out / "settings.toml").is_file():
+    if going_on:
+        job.keep_log(member.out)
+    elif (member.out / "settings.toml").is_file():
         # Nothing to go on from: its output would be mixed with the new run's.
         member.out.rename(_free_name(member.out))
     member.out.mkdir(parents=True, exist_ok=True)
