@@ -17,7 +17,7 @@ from . import job
 from .build import FOLDER, ROOT, build
 from .errors import UserError, unknown
 from .machine import available_memory, processors
-from .scenes import DEFAULT, all_scenes, choose_model, find_scene
+from .scenes import DEFAULT, all_scenes, choose_model, find_scene, read_variables
 from .studies import all_studies, run_study
 
 PYTHON = ["/usr/bin/python3", "-I", "-B"]
@@ -62,6 +62,7 @@ def run(options: argparse.Namespace) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
     settings = accuracy.settings_of(options.accuracy, scene, options.set)
+    variables = read_variables(scene, model, options.var)
     name = "-".join(filter(None, (scene.name, model, options.accuracy)))
     restart = options.restart and options.restart.resolve()
     out = (options.out or (run_folder(restart) if restart else Path("runs") / name)).resolve()
@@ -72,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
     else:
         claim_output(out)
     out.mkdir(parents=True, exist_ok=True)
-    work = job.Job(scene, model, ranks, out, settings, options.steps, restart=restart)
+    work = job.Job(scene, model, ranks, out, settings, options.steps, variables, restart)
     print(f"bedload: {work.summary()}; output in {out}", flush=True)
     status = job.run(work.command(), scene.folder)
     if status != 0:
@@ -186,6 +187,10 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     sub.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE",
         help="a value of fluid.toml for this run, for instance time.end=20; may be repeated",
+    )  # fmt: skip
+    sub.add_argument(
+        "--var", action="append", default=[], metavar="NAME=VALUE",
+        help="a variable of in.liggghts, or of a script that it includes; may be repeated",
     )  # fmt: skip
     sub.add_argument("--steps", type=int, metavar="N", help="stop after N fluid steps")
     sub.add_argument(

@@ -89,7 +89,7 @@ class Job:
             dem = [str(BIN / "bedload-dem"), "-in", "in.liggghts", "-var", "out", str(self.out)]
             if self.model:
                 dem += ["-var", "model", self.model]
-            if self.scene.declares("cell") and "cell" not in self.variables:
+            if "cell" in self.scene.variables() and "cell" not in self.variables:
                 # The script's h follows the grid that this run has.
                 dem += ["-var", "cell", repr(self.scene.cell_size(self.overrides))]
             for name, value in self.variables.items():

@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,12 +65,26 @@ class Scene:
             pass
         raise UserError(f"{self.folder}/fluid.toml: grid.{key} must be three numbers above 0.")
 
-    def declares(self, variable: str) -> bool:
-        """Whether the script has a line `variable NAME index ...` that the command line may set."""
-        if not self.moves_grains:
-            return False
-        text = self.script.read_text(encoding="utf-8")
-        return re.search(rf"^\s*variable\s+{variable}\s+index\s", text, re.MULTILINE) is not None
+    def variables(self, given: Mapping[str, str] | None = None) -> dict[str, str]:
+        """All `variable NAME index VALUE` of the script and of what it includes, with their values.
+
+        `given`: what the command line sets. An include whose name holds an unknown variable is left out.
+        """
+        found = dict(given or {})
+        declared: dict[str, str] = {}
+        pending = [self.script] if self.moves_grains else []
+        while pending:
+            script = pending.pop()
+            for line in script.read_text(encoding="utf-8").splitlines():
+                if setting := re.match(r"\s*variable\s+(\w+)\s+index\s+(.*?)\s*(#.*)?$", line):
+                    value = found.setdefault(setting[1], setting[2].strip('" '))
+                    declared[setting[1]] = value
+                elif include := re.match(r"\s*include\s+(\S+)", line):
+                    name = re.sub(r"\$\{(\w+)\}", lambda m: found.get(m[1], ""), include[1])
+                    file = self.folder / name
+                    if file.is_file():
+                        pending.append(file)
+        return declared
 
     def summary(self) -> str:
         """The first sentence of the scene's README, its title left out."""
@@ -122,3 +136,20 @@ def choose_model(scene: Scene, asked: str | None) -> str | None:
     if asked not in models() + own:
         raise unknown("model", asked, models() + own)
     return asked
+
+
+def read_variables(scene: Scene, model: str | None, settings: Sequence[str]) -> dict[str, str]:
+    """NAME=VALUE of --var, for a script that declares NAME; LIGGGHTS would not miss the others."""
+    given = {}
+    for text in settings:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip():
+            raise UserError(f"--var is '{text}', but must be NAME=VALUE.")
+        given[name.strip()] = value.strip()
+    known = scene.variables(given | ({"model": model} if model else {}))
+    if "model" in given:
+        raise UserError(f"--var {settings[0]}: the model is chosen by --model.")
+    for name in given:
+        if name not in known:
+            raise unknown(f"variable of {scene.name}'s in.liggghts", name, known)
+    return given

@@ -11,7 +11,7 @@ import math
 import platform
 import subprocess
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from bedload_launcher import job
 from bedload_launcher.build import ROOT
 from bedload_launcher.errors import UserError
 from bedload_launcher.machine import cores
-from bedload_launcher.scenes import Scene, choose_model, find_scene, models
+from bedload_launcher.scenes import Scene, choose_model, find_scene, models, read_variables
 from bedload_post.models_report import Comparison, make_case, write
 from bedload_post.outputs import MissingOutput, Run
 
@@ -34,6 +34,7 @@ class Member:
     model: str
     density: float | None  # rho_p/rho_f, None: the scene's own
     out: Path
+    given: Mapping[str, str]  # --var
 
     def overrides(self, settings: dict) -> list[str]:
         """Keys of fluid.toml that follow from another density: g keeps Fr, so the weight."""
@@ -49,7 +50,8 @@ class Member:
 
     def variables(self) -> dict[str, str]:
         """Variables of in.liggghts."""
-        return {} if self.density is None else {"density": repr(self.density)}
+        own = {} if self.density is None else {"density": repr(self.density)}
+        return own | self.given
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -65,6 +67,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--ranks", metavar="FLUID:DEM", help="as for run")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as for run")
+    parser.add_argument("--var", action="append", default=[], metavar="NAME=VALUE", help="as for run")
     parser.add_argument(
         "--discard", type=float, default=3.0, metavar="N",
         help="start-up that is left out, in flow-through times L_x/u_b (default: 3)",
@@ -90,7 +93,8 @@ def members(options: argparse.Namespace, scene: Scene) -> list[Member]:
         for asked in options.models:
             model = choose_model(scene, asked)
             name = f"{scene.name}-{model}" + ("" if density is None else f"-{density:g}")
-            found.append(Member(scene, model, density, (options.out / name).resolve()))
+            given = read_variables(scene, model, options.var)
+            found.append(Member(scene, model, density, (options.out / name).resolve(), given))
     return found
 
 

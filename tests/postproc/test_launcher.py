@@ -218,3 +218,21 @@ def test_a_grid_that_no_other_matches_has_no_preset(tmp_path):
     (scene.folder / "fluid.toml").write_text("[grid]\ncells = [97, 53, 31]\nlength = [97, 53, 31]\n")
     with pytest.raises(UserError, match="97 x 53 x 31 cells, which no grid near 0.8"):
         accuracy.settings_of("draft", scene, [])
+
+
+def test_variables_of_included_scripts_may_be_set():
+    scene = scenes.find_scene("setup2_small")
+    given = ["density=1.3", "lubrication_settings=unresolved 0.65"]
+    assert scenes.read_variables(scene, "actm_hw", given) == {
+        "density": "1.3",
+        "lubrication_settings": "unresolved 0.65",
+    }
+    # rpm has no lubrication: LIGGGHTS itself would take the variable and forget it.
+    with pytest.raises(UserError, match="there is no variable of setup2_small.*lubrication_settings"):
+        scenes.read_variables(scene, "rpm", given)
+    with pytest.raises(UserError, match="nearest is 'density'"):
+        scenes.read_variables(scene, "rpm", ["densty=1.3"])
+    with pytest.raises(UserError, match="must be NAME=VALUE"):
+        scenes.read_variables(scene, "rpm", ["density"])
+    with pytest.raises(UserError, match="by --model"):
+        scenes.read_variables(scene, "rpm", ["model=actm"])
