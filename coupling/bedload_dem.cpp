@@ -70,7 +70,18 @@ class LastWord {
   bool silent_ = false;
 };
 
+/// Whether only the help was wanted. LIGGGHTS writes its own options with one dash.
+bool print_help_of_styles(const Job& job, int argc, char** argv) {
+  const bool wanted = std::any_of(argv + 1, argv + argc, [](std::string_view word) {
+    return word == "--help-styles" || word == "-help-styles";
+  });
+  if (!wanted || !job.alone()) return false;
+  if (job.rank() == 0) std::printf("%s%s", describe_styles().c_str(), describe_coupling().c_str());
+  return true;
+}
+
 int run_script(Job& job, int argc, char** argv) {
+  if (print_help_of_styles(job, argc, argv)) return 0;
   DemSide side(job);
   if (job.alone()) {
     handle_signals_as_liggghts_does();

@@ -584,7 +584,7 @@ std::string describe_keys() {
   Writer writer([&out](std::string_view name, const std::string& value, std::string_view unit,
                        const std::string& allowed, std::string_view meaning) {
     out += fmt::format("{}\n    {}\n    unit {}; {}; default {}\n", name, meaning, unit, allowed,
-                       value);
+                       allowed.ends_with("required") ? "none" : value);
   });
   declare_keys(defaults, writer);
   return out;

@@ -11,7 +11,6 @@
 #include <fstream>
 #include <string_view>
 
-#include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/liggghts.hpp"
 
 namespace bedload {
@@ -45,7 +44,7 @@ FixCollisionTable::FixCollisionTable(LAMMPS_NS::LAMMPS* lammps, int narg, char**
       file_ = arg[n + 1];
     } else {
       const double value = read_number(lmp, style_name, key, arg[n + 1]);
-      check_number(lmp, style_name, {"every", 1, true, 1e9}, value);
+      check_number(lmp, style_name, keywords[0], value);
       every_ = static_cast<std::int64_t>(value);
     }
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fix.h"
+#include "liggghts_styles/keywords.hpp"
 
 namespace bedload {
 
@@ -24,14 +25,20 @@ struct ContactStep {
   double inverse_mass;           ///< of the pair [1/kg]
 };
 
-/// fix ID group collision/table file NAME [every N]
-///
 /// Writes one row per finished contact of spheres of the group, with each other, with other spheres
 /// and with walls. User page doc/fix_collision_table.md.
 ///
 /// A contact is kept by the rank that owns the sphere of the lower tag, and moves with it.
 class FixCollisionTable : public LAMMPS_NS::Fix {
  public:
+  static constexpr WordKeyword words[] = {{"file", "none, required", "Name of the table."}};
+  static constexpr NumberKeyword keywords[] = {
+      {"every", 1, true, 1e9, 1000, "", "DEM steps", "Steps between two writings of new rows."}};
+  static constexpr StyleHelp help{
+      "fix collision/table",
+      "One row of comma-separated values per finished contact, between spheres or with a wall.",
+      "fix ID group collision/table file NAME [every N]", keywords, words};
+
   FixCollisionTable(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg);
   ~FixCollisionTable() override;
 
@@ -81,7 +88,7 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   std::vector<double> gather(const std::vector<double>& mine) const;
 
   std::string file_;
-  std::int64_t every_ = 1000;
+  std::int64_t every_ = static_cast<std::int64_t>(keywords[0].preset);
   bool attached_ = false, started_ = false;
   std::map<Key, Record> open_;
   std::vector<Row> finished_;

@@ -4,12 +4,10 @@
 #include <mpi.h>
 
 #include <algorithm>
-#include <limits>
 #include <string_view>
 
 #include "fix_property_atom.h"
 #include "liggghts_styles/formulas/lubrication.hpp"
-#include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/wall_reach.hpp"
 
@@ -20,7 +18,6 @@ constexpr const char* style_name = "fix lubrication";
 constexpr const char* store_id = "lubricationForce";
 constexpr double tolerance = 1e-8;  // of the films' forces, far below what the formula is good for
 constexpr int most_iterations = 200;
-constexpr double unbounded = std::numeric_limits<double>::infinity();
 }  // namespace
 
 FixLubrication::FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
@@ -29,17 +26,12 @@ FixLubrication::FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
   if (modify->find_fix_style_strict("lubrication", 0) != nullptr) {
     stop_run(lmp, "fix lubrication: there is one already, and one serves all pairs and walls");
   }
-  const struct {
-    NumberKeyword rule;
-    double* value;
-  } keywords[] = {{{"viscosity", 0, false, unbounded}, &viscosity_setting_},
-                  {{"range", 0, false, unbounded}, &range_setting_},
-                  {{"gapMin", 0, false, 1}, &smallest_gap_},
-                  {{"unresolved", 0, false, unbounded}, &unresolved_}};
+  double* const values[] = {&viscosity_setting_, &range_setting_, &smallest_gap_, &unresolved_};
+  for (std::size_t k = 0; k < std::size(keywords); ++k) *values[k] = keywords[k].preset;
   for (int n = 3; n < narg; n += 2) {
-    const auto* k = std::find_if(std::begin(keywords), std::end(keywords),
-                                 [&](const auto& known) { return known.rule.name == arg[n]; });
-    if (k == std::end(keywords)) {
+    const auto* found = std::find_if(std::begin(keywords), std::end(keywords),
+                                     [&](const auto& known) { return known.name == arg[n]; });
+    if (found == std::end(keywords)) {
       stop_run(
           lmp,
           fmt::format("{}: unknown keyword '{}', there are viscosity, range, gapMin and unresolved",
@@ -48,8 +40,9 @@ FixLubrication::FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
     if (n + 1 == narg) {
       stop_run(lmp, fmt::format("{}: {} needs a number behind it", style_name, arg[n]));
     }
-    *k->value = read_number(lmp, style_name, arg[n], arg[n + 1]);
-    check_number(lmp, style_name, k->rule, *k->value);
+    double& value = *values[found - std::begin(keywords)];
+    value = read_number(lmp, style_name, arg[n], arg[n + 1]);
+    check_number(lmp, style_name, *found, value);
   }
   if (unresolved_ > 0 && range_setting_ > 0) {
     stop_run(lmp,

@@ -5,6 +5,7 @@
 
 #include "fix.h"
 #include "liggghts_styles/fluid_values.hpp"
+#include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
 
 namespace LAMMPS_NS {
@@ -13,8 +14,6 @@ class FixPropertyAtom;
 
 namespace bedload {
 
-/// fix ID group lubrication [viscosity μ] [range δ] [gapMin a]
-///
 /// Lubrication between spheres of the group, and between them and walls of fix wall/gran. Formula
 /// in formulas/lubrication.hpp; user page doc/fix_lubrication.md.
 ///
@@ -25,6 +24,21 @@ namespace bedload {
 /// all ranks, from the forces that the films would have alone).
 class FixLubrication : public LAMMPS_NS::Fix {
  public:
+  static constexpr NumberKeyword keywords[] = {
+      {"viscosity", 0, false, no_limit, 0, "from fix couple/fluid or the property fluidViscosity",
+       "M/(L T)", "Dynamic viscosity of the fluid."},
+      {"range", 0, false, no_limit, 0, "2 h, from fix couple/fluid or the property fluidCellSize",
+       "L", "Largest gap with a film."},
+      {"gapMin", 0, false, 1, 3e-3, "", "radii of the smaller sphere",
+       "Smallest gap in the formula."},
+      {"unresolved", 0, false, no_limit, 0, "off: the published law", "h",
+       "Adds only what a fluid grid of spacing h lacks, within this gap."}};
+  static constexpr StyleHelp help{
+      "fix lubrication",
+      "Lubrication between spheres that do not touch, and between them and walls of fix "
+      "wall/gran.",
+      "fix ID group lubrication [keyword value ...]", keywords};
+
   FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg);
   ~FixLubrication() override;
 
@@ -77,7 +91,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   double relative(const Film& film) const;
   double sum_over_ranks(double mine) const;
 
-  double viscosity_setting_ = 0, range_setting_ = 0, smallest_gap_ = 3e-3, unresolved_ = 0;
+  double viscosity_setting_ = 0, range_setting_ = 0, smallest_gap_ = 0, unresolved_ = 0;
   double viscosity_now_ = 0, range_ = 0;
   FluidValue viscosity_;
   Mobility mobility_;

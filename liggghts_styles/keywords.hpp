@@ -1,6 +1,8 @@
 #pragma once
 
+#include <limits>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace LAMMPS_NS {
@@ -15,14 +17,45 @@ namespace bedload {
 double read_number(LAMMPS_NS::LAMMPS* lmp, std::string_view style, std::string_view keyword,
                    std::string_view text);
 
-/// A keyword that takes a number, and the values that are allowed: above `lower`, or equal to it if
-/// `or_equal`, and not above `upper`.
+inline constexpr double no_limit = std::numeric_limits<double>::infinity();
+
+/// A keyword that takes a number. Declared once per style: what is read, checked and printed by
+/// `bedload-dem --help-styles` comes from here.
 struct NumberKeyword {
   std::string_view name;
-  double lower;
-  bool or_equal;
-  double upper;
+  double lower;                    ///< allowed: above this,
+  bool or_equal;                   ///< or equal to it if this is set,
+  double upper;                    ///< and not above this
+  double preset = 0;               ///< value without the keyword
+  std::string_view preset_text{};  ///< where that is worked out: from what
+  std::string_view unit = "-";
+  std::string_view meaning{};
 };
+
+/// What is allowed, in words.
+std::string allowed_text(const NumberKeyword& keyword);
+
+/// A keyword that takes a word.
+struct WordKeyword {
+  std::string_view name, preset_text, meaning;
+};
+
+/// A style or command as the help prints it.
+struct StyleHelp {
+  std::string_view name;     ///< kind and name: "normal model actm"
+  std::string_view meaning;  ///< one sentence
+  std::string_view syntax;   ///< lines of a script
+  std::span<const NumberKeyword> numbers{};
+  std::span<const WordKeyword> words{};
+};
+
+std::string describe_style(const StyleHelp& style);
+
+/// Makes LIGGGHTS read the keyword of a contact model (`settings` of registerSettings).
+template <class Settings>
+void read_setting(Settings& settings, const NumberKeyword& keyword, double& value) {
+  settings.registerDoubleSetting(std::string(keyword.name), value, keyword.preset);
+}
 
 /// Ends the run with one sentence if `value` is not what the keyword allows.
 void check_number(LAMMPS_NS::LAMMPS* lmp, std::string_view style, const NumberKeyword& keyword,

@@ -1,10 +1,12 @@
 #include "liggghts_styles/liggghts_program.hpp"
 
+#include <cstdio>
+
+#ifdef BEDLOAD_VTK
 #include <vtkMPI.h>
 #include <vtkMPICommunicator.h>
 #include <vtkMPIController.h>
-
-#include <cstdio>
+#endif
 
 namespace bedload {
 
@@ -28,6 +30,7 @@ LiggghtsProgram::LiggghtsProgram(MPI_Comm dem) {
   MPI_Comm_create_keyval(MPI_COMM_NULL_COPY_FN, end_job_unless_clean, &key_, nullptr);
   MPI_Comm_set_attr(MPI_COMM_SELF, key_, &clean_);
 
+#ifdef BEDLOAD_VTK
   vtkMPICommunicatorOpaqueComm opaque(&dem);
   vtkMPICommunicator* communicator = vtkMPICommunicator::New();
   communicator->InitializeExternal(&opaque);
@@ -36,6 +39,7 @@ LiggghtsProgram::LiggghtsProgram(MPI_Comm dem) {
   communicator->Delete();
   vtkMultiProcessController::SetGlobalController(controller);
   controller_ = controller;
+#endif
 }
 
 void LiggghtsProgram::finish() { clean_ = true; }

@@ -31,6 +31,22 @@ inline constexpr int BEDLOAD_ACTM = 20;
 template <>
 class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
  public:
+  static constexpr bedload::NumberKeyword keywords[] = {
+      {"collisionSteps", 0, false, bedload::no_limit, 10, "", "fluid time steps",
+       "Duration T_c of a collision."},
+      {"criticalStokes", 0, true, bedload::no_limit, 5, "", "-",
+       "Stokes number of the impact below which a contact counts as enduring."},
+      {"restingOverlap", 0, false, 1, 1e-3, "", "radii of the smaller sphere",
+       "Overlap under the own weight in an enduring contact."}};
+  static constexpr bedload::StyleHelp help{
+      "normal model actm",
+      "Adaptive collision time: each collision is stretched to T_c and rebounds with "
+      "coefficientRestitution.",
+      "pair_style gran model actm [tangential haff_werner|history|off] "
+      "[rolling_friction cdt|epsd2|off] [keyword value ...]\n"
+      "fix ID group wall/gran model actm [tangential ...] primitive|mesh ... [keyword value ...]",
+      keywords};
+
   NormalModel(LAMMPS* lammps, IContactHistorySetup* hsetup, ContactModelBase* cmb)
       : NormalModelBase(lammps, hsetup, cmb) {
     first_ = hsetup->add_history_value("actm_k", "0");
@@ -44,9 +60,9 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
   }
 
   void registerSettings(Settings& settings) override {
-    settings.registerDoubleSetting("collisionSteps", collision_steps_, 10.0);
-    settings.registerDoubleSetting("criticalStokes", critical_stokes_, 5.0);
-    settings.registerDoubleSetting("restingOverlap", resting_overlap_, 1e-3);
+    bedload::read_setting(settings, keywords[0], collision_steps_);
+    bedload::read_setting(settings, keywords[1], critical_stokes_);
+    bedload::read_setting(settings, keywords[2], resting_overlap_);
   }
 
   void postSettings(IContactHistorySetup*, ContactModelBase*) override {}

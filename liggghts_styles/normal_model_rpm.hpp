@@ -19,13 +19,30 @@ inline constexpr int BEDLOAD_RPM = 21;
 template <>
 class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
  public:
+  static constexpr bedload::NumberKeyword keywords[] = {
+      {"range", 0, false, bedload::no_limit, 0,
+       "2 h, from fix couple/fluid or the property fluidCellSize", "L",
+       "Gap S at which the repulsion begins."},
+      {"strength", 0, false, bedload::no_limit, 0,
+       "such that a collision at sqrt(g D) between equal spheres lasts collisionSteps", "-",
+       "Repulsion at the touch in weights of the sphere."},
+      {"collisionSteps", 0, false, bedload::no_limit, 5, "", "fluid time steps",
+       "Duration of a collision that the default of strength aims at."}};
+  static constexpr bedload::StyleHelp help{
+      "normal model rpm",
+      "Repulsive potential: surfaces are pushed apart before they touch, without loss of energy.",
+      "pair_style gran model rpm [tangential haff_werner|off] [keyword value ...]\n"
+      "fix ID group wall/gran model rpm [tangential haff_werner|off] primitive|mesh ... "
+      "[keyword value ...]",
+      keywords};
+
   NormalModel(LAMMPS* lammps, IContactHistorySetup* hsetup, ContactModelBase* cmb)
       : NormalModelBase(lammps, hsetup, cmb) {}
 
   void registerSettings(Settings& settings) override {
-    settings.registerDoubleSetting("range", range_setting_, 0.0);
-    settings.registerDoubleSetting("strength", strength_setting_, 0.0);
-    settings.registerDoubleSetting("collisionSteps", collision_steps_, 5.0);
+    bedload::read_setting(settings, keywords[0], range_setting_);
+    bedload::read_setting(settings, keywords[1], strength_setting_);
+    bedload::read_setting(settings, keywords[2], collision_steps_);
   }
 
   void postSettings(IContactHistorySetup*, ContactModelBase*) override {}

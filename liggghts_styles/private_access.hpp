@@ -4,6 +4,7 @@
 #include <string>
 
 #include "dump.h"
+#include "input.h"
 #include "lammps.h"
 #include "modify.h"
 
@@ -31,9 +32,24 @@ auto& append_flag_of(LAMMPS_NS::Dump& dump);
 
 template struct AppendFlagDoor<&LAMMPS_NS::Dump::append_flag>;
 
+template <auto Member>
+struct CommandMapDoor {
+  friend auto& command_map_of(LAMMPS_NS::Input& input) { return input.*Member; }
+};
+
+auto& command_map_of(LAMMPS_NS::Input& input);
+
+template struct CommandMapDoor<&LAMMPS_NS::Input::command_map>;
+
 }  // namespace bedload::detail
 
 namespace bedload {
+
+/// Makes the line `<name> ...` of a script call `command`.
+inline void add_command(LAMMPS_NS::LAMMPS* lmp, const std::string& name,
+                        void (*command)(LAMMPS_NS::LAMMPS*, int, char**)) {
+  (*detail::command_map_of(*lmp->input))[name] = command;
+}
 
 /// Makes `fix ID group <name>` create a FixStyle. LIGGGHTS forgets this at `clear`.
 template <class FixStyle>

@@ -16,17 +16,17 @@
 /// is a class of its own, so they are spread over several sources to keep compile times bearable.
 namespace bedload {
 
-/// Numbers in pair_style and fix wall/gran lines that are ours to check (LIGGGHTS reads text as 0).
-inline constexpr double no_limit = 1e300;
-inline constexpr NumberKeyword model_keywords[] = {
-    {"collisionSteps", 0, false, no_limit}, {"criticalStokes", 0, true, no_limit},
-    {"restingOverlap", 0, false, 1},        {"range", 0, false, no_limit},
-    {"strength", 0, false, no_limit},       {"tangentialDamping", 0, false, no_limit},
-    {"stickAfter", 0, true, no_limit}};
+/// Checks the numbers behind a contact model's own keywords (LIGGGHTS reads text as 0). A model
+/// declares them as its member `keywords`; LIGGGHTS' own models have none.
+template <class Model>
+void check_keywords(LAMMPS_NS::LAMMPS* lmp, std::span<char*> words) {
+  if constexpr (requires { Model::keywords; })
+    check_numbers(lmp, "contact model", Model::keywords, words);
+}
 
 /// LIGGGHTS' machinery around a contact model (Granular for pairs or for walls), with checked
 /// numbers.
-template <class Machinery, class Parent>
+template <class Machinery, class Parent, class NormalModel, class TangentialModel>
 class Checked : public Machinery {
  public:
   Checked(LAMMPS_NS::LAMMPS* lmp, Parent* parent, std::int64_t hash)
@@ -34,7 +34,8 @@ class Checked : public Machinery {
 
   void settings(int count, char** arguments, LIGGGHTS::IContactHistorySetup* setup) override {
     const std::span<char*> words(arguments, count > 0 ? count : 0);
-    check_numbers(owner_, "contact model", model_keywords, words);
+    check_keywords<NormalModel>(owner_, words);
+    check_keywords<TangentialModel>(owner_, words);
     Machinery::settings(count, arguments, setup);
   }
 
@@ -49,8 +50,11 @@ void register_combination() {
   using Style = ContactModels::GranStyle<Normal, Tangential, ContactModels::COHESION_OFF, Rolling,
                                          ContactModels::SURFACE_DEFAULT>;
   using Model = ObservedContactModel<Style>;
-  using Pairs = Checked<PairStyles::Granular<Model>, LAMMPS_NS::PairGran>;
-  using Wall = Checked<Walls::Granular<Model>, LAMMPS_NS::FixWallGran>;
+  using NormalPart = ContactModels::NormalModel<Normal>;
+  using TangentialPart = ContactModels::TangentialModel<Tangential>;
+  using Pairs =
+      Checked<PairStyles::Granular<Model>, LAMMPS_NS::PairGran, NormalPart, TangentialPart>;
+  using Wall = Checked<Walls::Granular<Model>, LAMMPS_NS::FixWallGran, NormalPart, TangentialPart>;
   PairStyles::Factory::instance().addStyle(
       "gran", Style::HASHCODE,
       [](LAMMPS_NS::LAMMPS* lmp, LAMMPS_NS::PairGran* parent, std::int64_t hash)

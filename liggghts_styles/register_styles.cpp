@@ -2,6 +2,7 @@
 
 #include <iostream>
 
+#include "liggghts_styles/load_plugin.hpp"
 #include "liggghts_styles/normal_model_actm.hpp"
 #include "liggghts_styles/normal_model_rpm.hpp"
 #include "liggghts_styles/private_access.hpp"
@@ -36,6 +37,17 @@ void register_styles(LAMMPS_NS::LAMMPS* lmp) {
   [[maybe_unused]] static const bool once = register_contact_models();
   add_fix_style<FixLubrication>(lmp, "lubrication");
   add_fix_style<FixCollisionTable>(lmp, "collision/table");
+  add_command(lmp, "plugin", load_plugin);
+}
+
+std::string describe_styles() {
+  using namespace LIGGGHTS::ContactModels;
+  std::string text;
+  for (const StyleHelp& style : {NormalModel<BEDLOAD_ACTM>::help, NormalModel<BEDLOAD_RPM>::help,
+                                 TangentialModel<BEDLOAD_HAFF_WERNER>::help, FixLubrication::help,
+                                 FixCollisionTable::help, plugin_help})
+    text += describe_style(style);
+  return text;
 }
 
 void check_styles(LAMMPS_NS::LAMMPS* lmp) {

@@ -1,12 +1,15 @@
 #pragma once
 
+#include <string>
+
 namespace LAMMPS_NS {
 class LAMMPS;
 }
 
 namespace bedload {
 
-/// Adds our contact models, fix lubrication and fix collision/table to a LIGGGHTS object.
+/// Adds our contact models, fix lubrication, fix collision/table and the command plugin to a
+/// LIGGGHTS object.
 ///
 /// Call it from LAMMPS_NS::LAMMPS::post_create, which the main program defines:
 ///
@@ -17,6 +20,9 @@ namespace bedload {
 /// LIGGGHTS calls that function at construction and at every `clear`, which forgets fix styles; the
 /// definition in the executable takes the place of the empty one in the library.
 void register_styles(LAMMPS_NS::LAMMPS* lmp);
+
+/// Name, meaning, syntax and keywords of all of them (bedload-dem --help-styles).
+std::string describe_styles();
 
 /// Ends the run with one sentence if register_styles was never called for this object, for instance
 /// because post_create of the library was called instead of the program's.

@@ -5,6 +5,7 @@
 
 #include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/formulas/haff_werner.hpp"
+#include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/material_values.hpp"
 #include "liggghts_styles/mobility.hpp"
@@ -23,6 +24,20 @@ inline constexpr int BEDLOAD_HAFF_WERNER = 20;
 template <>
 class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
  public:
+  static constexpr bedload::NumberKeyword keywords[] = {
+      {"tangentialDamping", 0, false, bedload::no_limit, 0,
+       "slip dies away within a fluid step, and not faster than in four DEM steps", "M/T",
+       "Damping d_t of the slip."},
+      {"stickAfter", 0, true, bedload::no_limit, 0, "0: never, the published law",
+       "fluid time steps", "Age from which a contact bears tangential loads at rest."}};
+  static constexpr bedload::StyleHelp help{
+      "tangential model haff_werner",
+      "Friction that damps the slip and is cut at coefficientFriction times the normal force.",
+      "pair_style gran model actm|rpm|hertz|hooke tangential haff_werner [keyword value ...]\n"
+      "fix ID group wall/gran model ... tangential haff_werner primitive|mesh ... "
+      "[keyword value ...]",
+      keywords};
+
   TangentialModel(LAMMPS* lammps, IContactHistorySetup* hsetup, ContactModelBase* cmb)
       : TangentialModelBase(lammps, hsetup, cmb) {
     force_ = hsetup->add_history_value("hw_fx", "1");
@@ -32,8 +47,8 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
   }
 
   void registerSettings(Settings& settings) override {
-    settings.registerDoubleSetting("tangentialDamping", damping_setting_, 0.0);
-    settings.registerDoubleSetting("stickAfter", stick_after_, 0.0);
+    bedload::read_setting(settings, keywords[0], damping_setting_);
+    bedload::read_setting(settings, keywords[1], stick_after_);
   }
 
   void postSettings(IContactHistorySetup* hsetup, ContactModelBase*) override {
