@@ -13,6 +13,7 @@
 #include "coupling/register_coupling.hpp"
 #include "coupling/roles.hpp"
 #include "coupling/signals.hpp"
+#include "coupling/survivors.hpp"
 #include "fluid/errors.hpp"
 #include "input.h"
 #include "lammps.h"
@@ -33,6 +34,9 @@ constexpr const char* early_end =
     "the LIGGGHTS script came to its end before the fluid did; it needs a fix couple/fluid and "
     "behind it coupled_run (without 'steps' for the last one).";
 
+constexpr const char* own_screen_end =
+    "LIGGGHTS has ended before the fluid did; its log and the file behind '-screen' say why.";
+
 /// Ctrl-C, or a batch system's warning, lets plain LIGGGHTS end after its present step.
 void handle_signals_as_liggghts_does() {
   std::signal(SIGINT, LAMMPS_NS::SignalHandler::int_handler);
@@ -40,12 +44,13 @@ void handle_signals_as_liggghts_does() {
   std::signal(SIGUSR1, LAMMPS_NS::SignalHandler::usr1_handler);
 }
 
-/// Speaks when LIGGGHTS ends the process on its own (`quit` in the script) without having reported
-/// an error: it calls MPI_Finalize, which first asks for the attributes of MPI_COMM_SELF, the
-/// latest first; the one of LiggghtsProgram then ends the job.
+/// Speaks when LIGGGHTS ends the process on its own without having reported an error on a screen of
+/// ours (`quit` in the script, or a screen of the user's choice): it calls MPI_Finalize, which
+/// first asks for the attributes of MPI_COMM_SELF, the latest first; the one of LiggghtsProgram
+/// then ends the job.
 class LastWord {
  public:
-  explicit LastWord(const QuietScreen& screen) : screen_(screen) {
+  LastWord(const QuietScreen& screen, bool own_screen) : screen_(screen), own_screen_(own_screen) {
     MPI_Comm_create_keyval(MPI_COMM_NULL_COPY_FN, speak, &key_, nullptr);
     MPI_Comm_set_attr(MPI_COMM_SELF, key_, this);
   }
@@ -60,12 +65,17 @@ class LastWord {
  private:
   static int speak(MPI_Comm, int, void* self, void*) {
     const auto& word = *static_cast<LastWord*>(self);
-    if (!word.silent_ && !word.screen_.saw_error())
-      std::fprintf(stderr, "\n%s: %s\n", program_name(Program::dem), early_end);
+    if (!word.silent_ && !word.screen_.saw_error()) {
+      speak_for_all();
+      std::fprintf(stderr, "\n%s: %s%s\n", program_name(Program::dem),
+                   word.own_screen_ ? own_screen_end : early_end,
+                   last_checkpoint_sentence().c_str());
+    }
     return MPI_SUCCESS;
   }
 
   const QuietScreen& screen_;
+  bool own_screen_;
   int key_ = MPI_KEYVAL_INVALID;
   bool silent_ = false;
 };
@@ -97,7 +107,7 @@ int run_script(Job& job, int argc, char** argv) {
     });
     QuietScreen quiet;
     std::optional<LastWord> last_word;
-    if (!job.alone() && job.rank() == 0 && !own_screen) last_word.emplace(quiet);
+    if (!job.alone() && job.rank() == 0) last_word.emplace(quiet, own_screen);
     LAMMPS_NS::LAMMPS lammps(argc, argv, job.own());
     check_styles(&lammps);
     if (!job.alone() && !own_screen && lammps.screen != nullptr) lammps.screen = quiet.stream();

@@ -18,6 +18,7 @@
 #include "coupling/run_output.hpp"
 #include "coupling/signals.hpp"
 #include "coupling/simulation.hpp"
+#include "coupling/survivors.hpp"
 #include "fluid/errors.hpp"
 #include "fluid/output/state_file.hpp"
 #include "fluid/settings.hpp"
@@ -45,6 +46,18 @@ std::vector<SphereState> spheres_of(const Settings& s) {
   if (s.spheres.file.empty()) return {};
   const auto file = std::filesystem::path(s.file).parent_path() / s.spheres.file;
   return read_spheres(file.string(), make_grid(s));
+}
+
+/// A scene that has a LIGGGHTS script is without its grains only for somebody who says so.
+void check_partner(const Settings& s, const FluidOptions& options) {
+  const auto script = std::filesystem::path(s.file).parent_path() / "in.liggghts";
+  std::error_code error;
+  if (options.without_grains || !s.spheres.file.empty() || !std::filesystem::exists(script, error))
+    return;
+  throw UserError(fmt::format(
+      "{}: the scene has grains ({}), but bedload-dem is not in the job; start both, mpirun -np N "
+      "bedload-fluid {} : -np M bedload-dem -in {}, or the flow alone with --without-grains.",
+      s.file, script.filename().string(), s.file, script.string()));
 }
 
 /// Start from the flow of another run (start.from = "state"); time and step begin anew.
@@ -104,25 +117,20 @@ int simulate(Job& job, const FluidOptions& options, const Settings& settings, Fl
   Checkpoints<Real> checkpoints(options.out, simulation, output, partner, from);
   std::string line;
   std::optional<std::string> cut_short;
-  try {
-    for (std::int64_t made = 0; left > 0 && !cut_short;) {
-      const bool last = left == 1;
-      const double began = clock_seconds();
-      if (made == options.warm_up) simulation.timing().restart();
-      if (last) simulation.timing().record_step();
-      simulation.make_step(last);
-      if (last) line = time_line(simulation, simulation.timing().stop_recording(), began);
-      output.after_step();
-      ++made;
-      left = last ? 0 : count_steps(simulation.channel(), most < 0 ? most : most - made);
-      cut_short = checkpoints.after_step();
-    }
-    checkpoints.write();
-  } catch (const UserError& error) {
-    if (checkpoints.last().step < 0) throw;
-    throw UserError(
-        fmt::format("{} The last checkpoint is {}.", error.what(), checkpoints.last().folder));
+  for (std::int64_t made = 0; left > 0 && !cut_short;) {
+    const bool last = left == 1;
+    const double began = clock_seconds();
+    if (made == options.warm_up) simulation.timing().restart();
+    if (last) simulation.timing().record_step();
+    simulation.make_step(last);
+    if (last) line = time_line(simulation, simulation.timing().stop_recording(), began);
+    output.after_step();
+    ++made;
+    left = last ? 0 : count_steps(simulation.channel(), most < 0 ? most : most - made);
+    cut_short = checkpoints.after_step();
   }
+  checkpoints.write();
+  nothing_to_say();
   if (partner) partner->stop();
   output.finish(line, checkpoints.last().fluid());
   if (!cut_short) return 0;
@@ -147,6 +155,7 @@ int run(Job& job, int argc, char** argv) {
   }
   listen_to_signals();
   const Settings settings = read_settings(options->file, options->settings);
+  if (job.alone()) check_partner(settings, *options);
   std::optional<Resumption> from;
   if (!options->restart.empty()) {
     from = open_checkpoint(options->restart, !job.alone(), job.own());

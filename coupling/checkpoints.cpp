@@ -13,6 +13,7 @@
 
 #include "coupling/clock.hpp"
 #include "coupling/signals.hpp"
+#include "coupling/survivors.hpp"
 #include "fluid/errors.hpp"
 #include "fluid/fftw.hpp"
 #include "fluid/output/agreement.hpp"
@@ -168,6 +169,7 @@ Checkpoints<Real>::Checkpoints(const std::string& out, Simulation<Real>& simulat
       next_time_(simulation.channel().time() + settings_.checkpoint.every) {
   if (from) {
     last_ = from->place;
+    name_checkpoint(last_.folder);
     const std::vector<double>& due = list_of(from->extras, due_name);
     if (due.size() == 2 && due[0] == settings_.checkpoint.every) next_time_ = due[1];
   }
@@ -233,17 +235,22 @@ void Checkpoints<Real>::write() {
     on_first_rank(comm, [&] { begin_checkpoint(out_); });
     const CheckpointPlace part{std::filesystem::absolute(out_ + "/checkpoint.part").string(),
                                channel.step()};
+    bool confirmed = false;
     try {
       if (partner_) partner_->order_checkpoint(part.grains());
       write_state(part.fluid(), view_of(std::as_const(channel)), extras());
       if (partner_) partner_->await_checkpoint();
+      confirmed = true;
       on_first_rank(comm, [&] { commit_checkpoint(out_, channel.step()); });
     } catch (const UserError&) {
+      // LIGGGHTS may still be writing there, or may have ended the job with a sentence of its own.
+      if (partner_ && !confirmed) partner_->await_checkpoint();
       if (channel.decomposition().rank() == 0) discard_checkpoint(out_);
       throw;
     }
   });
-  last_ = {fmt::format("{}/checkpoint_{:08d}", out_, channel.step()), channel.step()};
+  last_ = checkpoint_place(out_, channel.step());
+  name_checkpoint(std::filesystem::absolute(last_.folder).lexically_normal().string());
   written_ = clock_seconds();
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <limits>
 #include <optional>
 #include <string_view>
@@ -13,10 +14,12 @@
 #include "coupling/fix_couple_fluid.hpp"
 #include "coupling/grains_state.hpp"
 #include "coupling/stages.hpp"
+#include "coupling/survivors.hpp"
 #include "domain.h"
 #include "dump.h"
 #include "finish.h"
 #include "fluid/errors.hpp"
+#include "fluid/output/checkpoint_store.hpp"
 #include "integrate.h"
 #include "lammps.h"
 #include "liggghts_styles/keywords.hpp"
@@ -112,7 +115,9 @@ void CoupledRun::run(int narg, char** arg) {
 void CoupledRun::prepare(FixCoupleFluid& fluid) {
   std::optional<GrainsState> start;
   if (!fluid.side().introduced() && fluid.side().restart_step() >= 0) {
-    start.emplace(lmp, fluid.side().restart_file(), fluid.side().restart_step());
+    const std::string& file = fluid.side().restart_file();
+    start.emplace(lmp, file, fluid.side().restart_step());
+    name_checkpoint(std::filesystem::path(file).parent_path().string());
     start->set_clock();
   } else {
     fluid.shake_hands();
@@ -136,8 +141,15 @@ void CoupledRun::prepare(FixCoupleFluid& fluid) {
 
 // Waits for the next stage, and writes checkpoints in the meantime; false: the run is over.
 bool CoupledRun::next_stage(FixCoupleFluid& fluid) {
+  std::optional<CheckpointPlace> written;
   Order order = fluid.receive_loads(moved_);
-  for (; order == Order::checkpoint; order = fluid.receive_loads(moved_)) write_checkpoint(fluid);
+  for (; order == Order::checkpoint; order = fluid.receive_loads(moved_)) {
+    write_checkpoint(fluid);
+    const std::filesystem::path part = fluid.side().checkpoint_file();
+    written = checkpoint_place(part.parent_path().parent_path().string(), fluid.stage().step);
+  }
+  // The next order tells that the fluid's half is on disk, too.
+  if (written) name_checkpoint(written->folder);
   moved_ = false;
   return order == Order::advance;
 }

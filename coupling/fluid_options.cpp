@@ -48,6 +48,8 @@ std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first
       ->check(CLI::NonNegativeNumber);
   app.add_option("--warm-up", options.warm_up, "Leave the first N steps out of the table of times")
       ->check(CLI::NonNegativeNumber);
+  app.add_flag("--without-grains", options.without_grains,
+               "Run a scene with a LIGGGHTS script (in.liggghts) as a flow without its grains");
   app.add_option(
          "--compact-state", options.compact,
          "Make of the first file, a state.h5, the second: a small start field (every second "

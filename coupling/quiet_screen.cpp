@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "coupling/roles.hpp"
+#include "coupling/survivors.hpp"
 
 namespace bedload {
 
@@ -27,9 +28,14 @@ void QuietScreen::take(const char* text, std::size_t size) {
       line_ += c;
       continue;
     }
-    saw_error_ = saw_error_ || line_.starts_with("ERROR");
-    if (line_.starts_with("ERROR") || line_.starts_with("WARNING"))
+    if (line_.starts_with("ERROR")) {
+      saw_error_ = true;
+      speak_for_all();
+      std::fprintf(stderr, "\n%s: %s%s\n", program_name(Program::dem), line_.c_str(),
+                   last_checkpoint_sentence().c_str());
+    } else if (line_.starts_with("WARNING")) {
       std::fprintf(stderr, "\n%s: %s\n", program_name(Program::dem), line_.c_str());
+    }
     line_.clear();
   }
 }

@@ -1,8 +1,9 @@
 #include "coupling/roles.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
+#include <time.h>
 
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <cstdint>
@@ -15,6 +16,8 @@
 
 #include "coupling/mailbox.hpp"
 #include "coupling/message.hpp"
+#include "coupling/start_limit.hpp"
+#include "coupling/survivors.hpp"
 #include "coupling/version.hpp"
 #include "fluid/errors.hpp"
 
@@ -55,6 +58,14 @@ void check_fit(const Announcement& mine, const Announcement& other) {
         program_name(static_cast<Program>(other.program)), other.version.data(), other.protocol));
 }
 
+/// Rank in the whole job; 0 before MPI has started.
+int rank_in_job() {
+  int started = 0, rank = 0;
+  MPI_Initialized(&started);
+  if (started) MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  return rank;
+}
+
 }  // namespace
 
 const char* program_name(Program program) {
@@ -62,20 +73,24 @@ const char* program_name(Program program) {
 }
 
 Job::Job(int* argc, char*** argv, Program program) : program_(program) {
-  MPI_Init(argc, argv);
   int world_rank = 0;
   int world_size = 1;
-  MPI_Comm_rank(MPI_COMM_WORLD, &world_rank);
-  MPI_Comm_size(MPI_COMM_WORLD, &world_size);
-
   const Announcement mine = announcement_of(program);
-  std::vector<Announcement> all(static_cast<std::size_t>(world_size));
-  MPI_Allgather(&mine, sizeof mine, MPI_BYTE, all.data(), sizeof mine, MPI_BYTE, MPI_COMM_WORLD);
+  std::vector<Announcement> all;
+  {
+    const StartLimit limit(program_name(program));
+    MPI_Init(argc, argv);
+    MPI_Comm_rank(MPI_COMM_WORLD, &world_rank);
+    MPI_Comm_size(MPI_COMM_WORLD, &world_size);
+    all.resize(static_cast<std::size_t>(world_size));
+    MPI_Allgather(&mine, sizeof mine, MPI_BYTE, all.data(), sizeof mine, MPI_BYTE, MPI_COMM_WORLD);
+  }
   for (const Announcement& other : all) check_fit(mine, other);
 
   MPI_Comm_split(MPI_COMM_WORLD, mine.program, world_rank, &own_);
   MPI_Comm_rank(own_, &rank_);
   MPI_Comm_size(own_, &size_);
+  know_each_other(MPI_COMM_WORLD, program, rank_);
   partner_size_ = world_size - size_;
   if (partner_size_ == 0) return;
   int partner_leader = 0;
@@ -100,30 +115,40 @@ void Job::say_farewell() const {
 }
 
 int run_program(int argc, char** argv, Program program, const std::function<int(Job&)>& body) {
-  int rank = 0, status = 0;
+  // A file that grows beyond a limit of the user's (ulimit -f) is an error of its write, with a
+  // sentence, and not the silent end that the signal is unless told.
+  std::signal(SIGXFSZ, SIG_IGN);
+  int status = 0;
   try {
     Job job(&argc, &argv, program);
-    rank = job.rank();
     // Caught while the job is alive: its destructor would wait for ranks that know of no mistake.
     try {
       status = body(job);
+      nothing_to_say();
       job.say_farewell();
     } catch (const std::exception& error) {
-      end_job(program, rank, error.what());
+      end_job(program, job.rank(), error.what());
     }
   } catch (const std::exception& error) {
-    end_job(program, rank, error.what());
+    end_job(program, rank_in_job(), error.what());
   }
   return status;
 }
 
 void end_job(Program program, int rank, const std::string& sentence) {
   if (rank != 0) {
-    std::signal(SIGTERM, SIG_DFL);  // mpirun ends those who wait here
-    sleep(5);
+    // mpirun ends those who wait here, a second after the first has ended.
+    std::signal(SIGTERM, SIG_DFL);
+    const int half_seconds = 2 + 3 * std::min(rank, 4);
+    timespec left{half_seconds / 2, half_seconds % 2 * 500'000'000L};
+    while (nanosleep(&left, &left) != 0) {  // a signal may interrupt it
+    }
   }
   std::fflush(stdout);
-  fmt::print(stderr, "\n{}: {}\n", program_name(program), sentence);
+  if (!is_spoken_for()) {
+    speak_for_all();
+    fmt::print(stderr, "\n{}: {}{}\n", program_name(program), sentence, last_checkpoint_sentence());
+  }
   std::fflush(nullptr);
   int started = 0;
   MPI_Initialized(&started);

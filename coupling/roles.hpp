@@ -50,8 +50,9 @@ class Job {
 /// status 1 after its sentence on stderr.
 int run_program(int argc, char** argv, Program program, const std::function<int(Job&)>& body);
 
-/// Ends the whole job with exit status 1 after `sentence` on stderr. Rank 0 speaks; another rank
-/// speaks some seconds later if the job is still there, because then it alone has met the mistake.
+/// Ends the whole job with exit status 1 after `sentence` and the last checkpoint on stderr. Rank 0
+/// speaks; another rank speaks some seconds later if the job is still there, because then it alone
+/// has met the mistake.
 [[noreturn]] void end_job(Program program, int rank, const std::string& sentence);
 
 }  // namespace bedload

@@ -3,6 +3,8 @@
 #include <csignal>
 #include <initializer_list>
 
+#include "coupling/survivors.hpp"
+
 namespace bedload {
 namespace {
 
@@ -11,7 +13,10 @@ volatile std::sig_atomic_t checkpoint_asked = 0;
 volatile std::sig_atomic_t ended_by = 0;
 
 void ask_for_checkpoint(int) { checkpoint_asked = 1; }
-void ask_for_end(int signal) { ended_by = signal; }
+void ask_for_end(int signal) {
+  ended_by = signal;
+  if (signal == SIGTERM) look_for_the_dead(true);
+}
 
 }  // namespace
 
@@ -21,7 +26,8 @@ void listen_to_signals() {
 }
 
 void leave_signals_to_partner() {
-  for (const int signal : {SIGUSR1, SIGTERM, SIGINT, SIGUSR2}) std::signal(signal, SIG_IGN);
+  for (const int signal : {SIGUSR1, SIGINT, SIGUSR2}) std::signal(signal, SIG_IGN);
+  std::signal(SIGTERM, [](int) { look_for_the_dead(false); });
 }
 
 Wish take_wish(int& signal) {

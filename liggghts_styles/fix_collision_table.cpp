@@ -4,6 +4,7 @@
 #include <mpi.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -71,14 +72,25 @@ void FixCollisionTable::init() {
   // A run from its beginning starts a new table, a restarted one goes on with what is there.
   started_ = true;
   const bool fresh = update->ntimestep == 0;
-  std::FILE* out = std::fopen(file_.c_str(), fresh ? "w" : "a");
-  if (out == nullptr) {
-    error->one(FLERR, fmt::format("{}: cannot write the file '{}'", style_name, file_).c_str());
-    return;
+  add_to_file(fresh ? "w" : "a", [](std::FILE* out) {
+    std::fseek(out, 0, SEEK_END);
+    if (std::ftell(out) == 0) std::fputs(columns, out);
+  });
+}
+
+template <class Add>
+void FixCollisionTable::add_to_file(const char* mode, Add&& add) {
+  std::FILE* const out = std::fopen(file_.c_str(), mode);
+  bool done = out != nullptr;
+  if (done) {
+    add(out);
+    done = std::ferror(out) == 0;
+    done = std::fclose(out) == 0 && done;  // what a buffer holds fails here
   }
-  std::fseek(out, 0, SEEK_END);
-  if (std::ftell(out) == 0) std::fputs(columns, out);
-  std::fclose(out);
+  if (done) return;
+  error->one(FLERR, fmt::format("{}: cannot write the file '{}' ({})", style_name, file_,
+                                std::strerror(errno))
+                        .c_str());
 }
 
 void FixCollisionTable::touch(const ContactStep& c) {
@@ -208,17 +220,13 @@ void FixCollisionTable::write() {
   std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
     return std::tie(a[3], a[0], a[1]) < std::tie(b[3], b[0], b[1]);
   });
-  std::FILE* out = std::fopen(file_.c_str(), "a");
-  if (out == nullptr) {
-    error->one(FLERR, fmt::format("{}: cannot write the file '{}'", style_name, file_).c_str());
-    return;
-  }
+  std::string text;
   for (const Row& row : rows) {
-    fmt::print(out, "{:.0f},{:.0f}", row[0], row[1]);
-    for (std::size_t n = 2; n < row.size(); ++n) fmt::print(out, ",{:.12g}", row[n]);
-    std::fputc('\n', out);
+    text += fmt::format("{:.0f},{:.0f}", row[0], row[1]);
+    for (std::size_t n = 2; n < row.size(); ++n) text += fmt::format(",{:.12g}", row[n]);
+    text += '\n';
   }
-  std::fclose(out);
+  add_to_file("a", [&](std::FILE* out) { std::fputs(text.c_str(), out); });
 }
 
 // Spheres may have changed rank: their contacts follow.

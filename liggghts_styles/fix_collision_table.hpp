@@ -85,6 +85,8 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   void finish(const Record& record);
   void write();
   void cut_file(std::int64_t rows) const;
+  template <class Add>
+  void add_to_file(const char* mode, Add&& add);
   std::vector<double> gather(const std::vector<double>& mine) const;
 
   std::string file_;

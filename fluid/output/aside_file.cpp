@@ -78,6 +78,27 @@ void put_link_in_place(const std::string& existing, const std::string& path) {
 
 void discard_aside(const std::string& path) noexcept { ::unlink(aside_name(path).c_str()); }
 
+void take_aside(const std::string& path) {
+  if (::rename(path.c_str(), aside_name(path).c_str()) != 0) fail(path, "written", errno);
+}
+
+void put_back(const std::string& path) {
+  if (::rename(aside_name(path).c_str(), path.c_str()) != 0) fail(path, "written", errno);
+}
+
+bool find_grown(const std::string& path) {
+  if (::access(path.c_str(), F_OK) == 0) return true;
+  if (::access(aside_name(path).c_str(), F_OK) != 0) return false;
+  put_back(path);
+  return true;
+}
+
+std::string put_away(const std::string& path) {
+  const std::string torn = path + ".torn";
+  if (::rename(path.c_str(), torn.c_str()) != 0) fail(torn, "written", errno);
+  return torn;
+}
+
 void write_text_file(const std::string& path, const std::string& text) {
   const std::string name = aside_name(path);
   try {

@@ -26,6 +26,18 @@ void put_link_in_place(const std::string& existing, const std::string& path);
 /// Removes aside_name(path) if it is there; never throws.
 void discard_aside(const std::string& path) noexcept;
 
+/// A file that grows in place has its final name only while it is whole: it is taken aside before
+/// something is added, and put back behind that.
+void take_aside(const std::string& path);
+void put_back(const std::string& path);
+
+/// For a run that goes on: what a killed run left aside of such a file gets its final name again.
+/// Returns whether there is a file; whether it is whole its reader has to find out.
+bool find_grown(const std::string& path);
+
+/// Moves a grown file that turns out to be torn out of the way and returns its new name.
+std::string put_away(const std::string& path);
+
 /// Writes a whole text file aside and puts it in place.
 void write_text_file(const std::string& path, const std::string& text);
 

@@ -23,10 +23,6 @@ constexpr std::size_t kept = 2;
 
 std::string part_folder(const std::string& out) { return out + "/checkpoint.part"; }
 
-std::string final_folder(const std::string& out, std::int64_t step) {
-  return fmt::format("{}/{}{:08d}", out, prefix, step);
-}
-
 /// The step in the name of a checkpoint's folder.
 std::optional<std::int64_t> step_of(const fs::path& folder) {
   const std::string name = folder.filename().string();
@@ -39,7 +35,7 @@ std::optional<std::int64_t> step_of(const fs::path& folder) {
 }
 
 /// Removes a checkpoint, and nothing that somebody else put there.
-void remove_checkpoint(const std::string& folder) {
+void remove_files(const std::string& folder) {
   std::error_code error;
   for (const char* part : {checkpoint_fluid_part, checkpoint_grains_part})
     for (const char* ending : {"", ".part", ".space"})
@@ -47,6 +43,15 @@ void remove_checkpoint(const std::string& folder) {
   fs::remove(folder, error);
   if (error && error != std::errc::no_such_file_or_directory)
     throw UserError(fmt::format("{}: cannot be removed ({}).", folder, error.message()));
+}
+
+/// The same; it loses its name first, so that nobody meets one that is half gone.
+void remove_checkpoint(const std::string& folder) {
+  const std::string old = (fs::path(folder).parent_path() / "checkpoint.old").string();
+  remove_files(old);
+  std::error_code error;
+  fs::rename(folder, old, error);
+  remove_files(error ? folder : old);
 }
 
 void sync(const std::string& path) {
@@ -59,6 +64,10 @@ void sync(const std::string& path) {
 }
 
 }  // namespace
+
+CheckpointPlace checkpoint_place(const std::string& out, std::int64_t step) {
+  return {fmt::format("{}/{}{:08d}", out, prefix, step), step};
+}
 
 std::vector<CheckpointPlace> find_checkpoints(const std::string& out) {
   std::vector<CheckpointPlace> found;
@@ -94,7 +103,8 @@ std::string begin_checkpoint(const std::string& out) {
 }
 
 CheckpointPlace commit_checkpoint(const std::string& out, std::int64_t step) {
-  const std::string folder = final_folder(out, step);
+  const CheckpointPlace place = checkpoint_place(out, step);
+  const std::string& folder = place.folder;
   sync(part_folder(out));
   remove_checkpoint(folder);
   if (::rename(part_folder(out).c_str(), folder.c_str()) != 0)
@@ -102,7 +112,7 @@ CheckpointPlace commit_checkpoint(const std::string& out, std::int64_t step) {
   sync(out);
   const auto all = find_checkpoints(out);
   for (std::size_t n = 0; n + kept < all.size(); ++n) remove_checkpoint(all[n].folder);
-  return {folder, step};
+  return place;
 }
 
 void discard_checkpoint(const std::string& out) noexcept {

@@ -26,6 +26,9 @@ struct CheckpointPlace {
   std::string grains() const { return folder + "/" + checkpoint_grains_part; }
 };
 
+/// Where the checkpoint after `step` stands once it is whole.
+CheckpointPlace checkpoint_place(const std::string& out, std::int64_t step);
+
 /// Those in the output folder of a run, the oldest first.
 std::vector<CheckpointPlace> find_checkpoints(const std::string& out);
 

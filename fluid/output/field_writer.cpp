@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <memory>
 
 #include "fluid/output/agreement.hpp"
 #include "fluid/output/aside_file.hpp"
+#include "fluid/output/grown_file.hpp"
 #include "fluid/output/hdf5_file.hpp"
 
 namespace bedload {
@@ -69,10 +69,7 @@ FieldWriter::FieldWriter(const std::string& folder, const Grid& grid, const Deco
                          std::int64_t resume_after)
     : folder_(folder), path_(folder + "/fields.h5"), grid_(grid), comm_(slabs.comm()) {
   on_first_rank(comm_, [&] {
-    if (resume_after >= 0 && std::filesystem::exists(path_))
-      resume_file(resume_after);
-    else
-      create_file();
+    if (resume_after < 0 || !go_on(path_, [&] { resume_file(resume_after); })) create_file();
     write_xdmf();
   });
   int count = static_cast<int>(snapshots_.size());
@@ -84,7 +81,7 @@ FieldWriter::FieldWriter(const std::string& folder, const Grid& grid, const Deco
 
 void FieldWriter::create_file() {
   require_space(path_, metadata_room);
-  Hdf5File file(path_, Hdf5File::Access::create, MPI_COMM_SELF);
+  Hdf5File file(aside_name(path_), Hdf5File::Access::create, MPI_COMM_SELF);
   file.make_group("grid");
   for (std::size_t d = 0; d < 3; ++d) {
     const std::vector<double> position = faces(grid_, d);
@@ -92,10 +89,13 @@ void FieldWriter::create_file() {
     file.write(fmt::format("grid/{}", "xyz"[d]), {{n}, {0}, {n}}, position.data());
   }
   file.close();
+  put_back(path_);
 }
 
 void FieldWriter::resume_file(std::int64_t step) {
-  Hdf5File file(path_, Hdf5File::Access::append, MPI_COMM_SELF);
+  snapshots_.clear();
+  take_aside(path_);
+  Hdf5File file(aside_name(path_), Hdf5File::Access::append, MPI_COMM_SELF);
   for (const std::string& name : file.names("/")) {
     if (!name.starts_with("step_")) continue;
     const Snapshot snapshot{file.attribute<std::int64_t>(name, "step"),
@@ -106,6 +106,7 @@ void FieldWriter::resume_file(std::int64_t step) {
       file.remove(name);
   }
   file.close();
+  put_back(path_);
 }
 
 template <class Real>
@@ -114,8 +115,9 @@ void FieldWriter::write(const FlowView<Real>& flow) {
   on_first_rank(comm_, [&] {
     const auto cells = static_cast<std::uint64_t>(grid_.cell_count());
     require_space(path_, cells * 4 * sizeof(float) + metadata_room);
+    take_aside(path_);
   });
-  Hdf5File file(path_, Hdf5File::Access::append, comm_);
+  Hdf5File file(aside_name(path_), Hdf5File::Access::append, comm_);
   const std::string group = group_name(flow.step);
   if (std::erase_if(snapshots_, [&](const Snapshot& s) { return s.step == flow.step; }) > 0)
     file.remove(group);
@@ -127,7 +129,10 @@ void FieldWriter::write(const FlowView<Real>& flow) {
   file.write(group + "/p", slab, centred_pressure(flow).data());
   file.close();
   snapshots_.push_back({flow.step, flow.time});
-  on_first_rank(comm_, [&] { write_xdmf(); });
+  on_first_rank(comm_, [&] {
+    put_back(path_);
+    write_xdmf();
+  });
 }
 
 void FieldWriter::write_xdmf() const {

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <unordered_map>
 
 #include "fluid/output/agreement.hpp"
 #include "fluid/output/aside_file.hpp"
+#include "fluid/output/grown_file.hpp"
 #include "fluid/output/hdf5_file.hpp"
 
 namespace bedload {
@@ -73,10 +73,7 @@ SphereWriter::SphereWriter(const std::string& folder, MPI_Comm comm,
   MPI_Comm_rank(comm, &rank);
   writes_ = rank == 0;
   on_first_rank(comm, [&] {
-    if (resume_after >= 0 && std::filesystem::exists(path_))
-      resume_file(resume_after);
-    else
-      create_file(spheres);
+    if (resume_after < 0 || !go_on(path_, [&] { resume_file(resume_after); })) create_file(spheres);
     write_xdmf();
   });
 }
@@ -91,7 +88,7 @@ SphereWriter::~SphereWriter() {
 
 void SphereWriter::create_file(std::span<const SphereState> spheres) {
   require_space(path_, metadata_room + spheres.size() * 5 * sizeof(double));
-  Hdf5File file(path_, Hdf5File::Access::create, MPI_COMM_SELF);
+  Hdf5File file(aside_name(path_), Hdf5File::Access::create, MPI_COMM_SELF);
   std::vector<std::int64_t> tag;
   std::vector<double> position, radius;
   for (const SphereState& sphere : spheres) {
@@ -110,10 +107,14 @@ void SphereWriter::create_file(std::span<const SphereState> spheres) {
     file.make_table<T>(fmt::format("mobile/{}", name), width, rows_per_chunk);
   });
   file.close();
+  put_back(path_);
 }
 
 void SphereWriter::resume_file(std::int64_t step) {
-  Hdf5File file(path_, Hdf5File::Access::append, MPI_COMM_SELF);
+  total_rows_ = 0;
+  samples_.clear();
+  take_aside(path_);
+  Hdf5File file(aside_name(path_), Hdf5File::Access::append, MPI_COMM_SELF);
   fixed_ = file.shape("fixed/tag")[0];
   const std::uint64_t stored = file.shape("mobile/step")[0];
   std::vector<std::int64_t> steps(stored);
@@ -130,6 +131,7 @@ void SphereWriter::resume_file(std::int64_t step) {
     ++samples_.back().rows;
   }
   file.close();
+  put_back(path_);
 }
 
 void SphereWriter::sample(std::int64_t step, double time, std::span<const SphereState> spheres,
@@ -162,12 +164,14 @@ void SphereWriter::flush() {
   if (!writes_ || rows_.step.empty()) return;
   const std::uint64_t rows = rows_.step.size();
   require_space(path_, metadata_room + rows * (sizeof(rows) * 19));
-  Hdf5File file(path_, Hdf5File::Access::append, MPI_COMM_SELF);
+  take_aside(path_);
+  Hdf5File file(aside_name(path_), Hdf5File::Access::append, MPI_COMM_SELF);
   columns(rows_, [&]<class T>(const char* name, std::uint64_t, std::vector<T>& column) {
     file.append<T>(fmt::format("mobile/{}", name), column);
     column.clear();
   });
   file.close();
+  put_back(path_);
   total_rows_ += rows;
   write_xdmf();
 }

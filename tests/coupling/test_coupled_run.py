@@ -152,7 +152,8 @@ def test_a_run_ends_with_its_slip_and_what_each_effect_cost(tmp_path):
 
 def test_fluid_alone_needs_no_liggghts(tmp_path):
     fluid = [str(BIN / "bedload-fluid"), str(SCENE / "fluid.toml"), "--steps", "5"]
-    result = run(command(fluid, None, (2, 0)), tmp_path)
+    check_sentence(run(command(fluid, None, (2, 0)), tmp_path), ["in.liggghts", "--without-grains"])
+    result = run(command([*fluid, "--without-grains"], None, (2, 0)), tmp_path)
     assert result.status == 0, result.output
     out = tmp_path / "runs" / "pocket"
     assert (out / "state.h5").is_file() and not (out / "spheres.h5").exists()

@@ -5,48 +5,15 @@ import signal
 import subprocess
 import time
 
-import h5py
 import numpy as np
 import pytest
 
-from job import BIN, ENVIRONMENT, SCENES, command, run
+from job import ENVIRONMENT, run
+from pocket import SCENE, checkpoint, job, line, numbers, same_numbers, spoken
 
-SCENE = SCENES / "pocket"
 HALF = 60  # steps up to the first checkpoint: sphere 9 is in contact then
 WHOLE = ["--steps", str(2 * HALF), "--set", f"checkpoint.every={HALF * 0.02}"]
 REST = ["--steps", str(HALF), "--set", f"checkpoint.every={HALF * 0.02}"]
-
-
-def line(out, *fluid_options, ranks=(1, 1), restart=None):
-    fluid = [str(BIN / "bedload-fluid"), str(SCENE / "fluid.toml"), "--out", str(out)]
-    fluid += [*fluid_options, *(["--restart", str(restart)] if restart else [])]
-    dem = [str(BIN / "bedload-dem"), "-in", str(SCENE / "in.liggghts"), "-var", "out", str(out)]
-    return command(fluid, [*dem, "-log", "none"], ranks)
-
-
-def job(out, *fluid_options, ranks=(1, 1), restart=None):
-    result = run(line(out, *fluid_options, ranks=ranks, restart=restart), out.parent, timeout=300)
-    return result
-
-
-def checkpoint(folder, step):
-    return folder / f"checkpoint_{step:08d}"
-
-
-def numbers(file):
-    """Every dataset of an HDF5 file by name."""
-    found = {}
-    with h5py.File(file) as content:
-        content.visititems(
-            lambda name, item: found.update({name: item[()]})
-            if isinstance(item, h5py.Dataset) else None
-        )  # fmt: skip
-    return found
-
-
-def same_numbers(a, b):
-    a, b = numbers(a), numbers(b)
-    return a.keys() == b.keys() and all(np.array_equal(a[name], b[name]) for name in a)
 
 
 @pytest.fixture(scope="module", params=[(1, 1), (3, 2)], ids=["1+1", "3+2"])
@@ -142,11 +109,11 @@ def test_a_bad_checkpoint_is_refused_and_the_one_before_offered(short, tmp_path,
         damage(last / part, how)
     result = job(out, "--steps", "1", ranks=(2, 1), restart=out)
     assert result.status != 0
-    spoken = [text for text in result.output.splitlines() if text.startswith("bedload-")]
-    assert len(spoken) == 1, result.output
-    assert str(last / part) in spoken[0]
+    said = spoken(result.output)
+    assert len(said) == 1, result.output
+    assert str(last / part) in said[0]
     if (part, how) != ("grains.bin", "torn"):  # LIGGGHTS alone can tell
-        assert f"--restart {before}" in spoken[0]
+        assert f"--restart {before}" in said[0]
         assert job(out, "--steps", "1", restart=before).status == 0
 
 
@@ -204,8 +171,8 @@ def test_signals(tmp_path, sent):
         child.kill()
     assert child.returncode == 3, said
     last = sorted(out.glob("checkpoint_*"))[-1]
-    spoken = [text for text in said.splitlines() if text.startswith("bedload-fluid: ")]
-    assert len(spoken) == 1 and str(last) in spoken[0] and "signal" in spoken[0]
+    sentences = spoken(said)
+    assert len(sentences) == 1 and str(last) in sentences[0] and "signal" in sentences[0]
     assert job(out, "--steps", "1", restart=out).status == 0
 
 
