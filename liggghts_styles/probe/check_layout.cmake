@@ -10,6 +10,10 @@ if(NOT DEFINED BEDLOAD_LAYOUT_OF OR NOT BEDLOAD_LAYOUT_OF STREQUAL "${LIGGGHTS_L
     CXX_STANDARD 20
     COMPILE_OUTPUT_VARIABLE layout_compile
     RUN_OUTPUT_VARIABLE layout_said)
+  if(NOT BEDLOAD_LAYOUT_COMPILED AND layout_compile MATCHES "undefined reference to .*Domain::remap")
+    message(FATAL_ERROR "${LIGGGHTS_LIBRARY} counts in other integers than its headers do by default: build "
+                        "LIGGGHTS with LAMMPS_SMALLBIG, its own default.")
+  endif()
   if(NOT BEDLOAD_LAYOUT_COMPILED)
     message(FATAL_ERROR "A program with the headers in ${LIGGGHTS_INCLUDE_DIR} does not build against "
                         "${LIGGGHTS_LIBRARY}; the compiler said:\n${layout_compile}")
