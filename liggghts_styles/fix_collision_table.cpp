@@ -180,9 +180,9 @@ void FixCollisionTable::cut_file(std::int64_t rows) const {
   std::uint64_t bytes = 0;
   for (std::int64_t n = 0; n <= rows && std::getline(file, line) && !file.eof(); ++n)
     bytes += line.size() + 1;
-  std::error_code error;
-  if (std::filesystem::file_size(file_, error) > bytes && !error)
-    std::filesystem::resize_file(file_, bytes, error);
+  std::error_code failure;
+  if (std::filesystem::file_size(file_, failure) > bytes && !failure)
+    std::filesystem::resize_file(file_, bytes, failure);
 }
 
 void FixCollisionTable::finish(const Record& r) {
