@@ -1,9 +1,12 @@
 #include "fluid/poisson.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
+#include "fluid/prefetch.hpp"
 #include "fluid/slab_elimination.hpp"
 
 namespace bedload {
@@ -36,12 +39,17 @@ void eliminate_first_row(int modes, Real own, const Real* c, Real* __restrict d)
     for (int n = parts * m; n < parts * (m + 1); ++n) d[n] *= own * c[m];
 }
 
-/// sum -= scale * factor * value, one factor per mode.
+/// sum -= scale * factor * value, one factor per mode, where there are factors.
 template <int parts, class Real>
-void subtract_product(int modes, Real scale, const Real* factor, const Real* value,
-                      Real* __restrict sum) {
-  for (int m = 0; m < modes; ++m)
-    for (int n = parts * m; n < parts * (m + 1); ++n) sum[n] -= scale * factor[m] * value[n];
+void subtract_product(int modes, Real scale, const typename EndModes<Real>::Part& factor,
+                      const Real* value, Real* __restrict sum) {
+  const auto subtract = [=](std::size_t begin, std::size_t end, const Real* factors) {
+    for (std::size_t m = begin; m < end; ++m)
+      for (std::size_t n = parts * m; n < parts * (m + 1); ++n)
+        sum[n] -= scale * factors[m - begin] * value[n];
+  };
+  subtract(0, factor.low, factor.values);
+  subtract(factor.high, static_cast<std::size_t>(modes), factor.values + factor.low);
 }
 
 /// x_j = d'_j - c_j x_j+1; `x` holds x_j+1 and is overwritten.
@@ -62,11 +70,10 @@ PoissonSolver<Real>::PoissonSolver(const Grid& grid, const Decomposition& decomp
       planes_(decomposition.planes()),
       coupled_below_(!decomposition.at_lower_wall()),
       coupled_above_(!decomposition.at_upper_wall()),
-      eigenvalue_(mode_eigenvalues(*transform_)) {
+      eigenvalue_(mode_eigenvalues(*transform_)),
+      kept_systems_(grid.stretched() ? 1 : 3) {  // on stretched y they are as large as a field
   const std::size_t modes = transform_->size(), planes = static_cast<std::size_t>(planes_);
   const std::size_t values = modes * static_cast<std::size_t>(transform_->parts());
-  c_ = AlignedArray<Real>(planes * modes);
-  if (coupled_below_) f_ = AlignedArray<Real>(planes * modes);
   eliminated_ = AlignedArray<Real>(planes * values);
   for (AlignedArray<Real>* plane : {&first_, &outside_, &last_, &above_})
     *plane = AlignedArray<Real>(values);
@@ -80,27 +87,60 @@ PoissonSolver<Real>::PoissonSolver(const Grid& grid, const Decomposition& decomp
 
 template <class Real>
 void PoissonSolver<Real>::set_shift(double shift) {
-  const std::size_t pitch = transform_->pitch();
+  for (std::size_t n = 0; n < systems_.size(); ++n)
+    if (systems_[n].shift == shift) {
+      system_ = n;
+      return;
+    }
+  if (systems_.size() < kept_systems_) {
+    system_ = systems_.size();
+    systems_.push_back({});
+  } else {
+    system_ = (system_ + 1) % kept_systems_;
+    systems_[system_] = {};  // its memory first
+  }
+  systems_[system_] = make_system(shift);
+}
+
+template <class Real>
+typename PoissonSolver<Real>::System PoissonSolver<Real>::make_system(double shift) {
+  // What the plane below a slab has died down to is left out: below round-off of what it is added
+  // to, and before it becomes a subnormal number, which processors are slow with.
+  constexpr Real negligible = Real(1e-4) * std::numeric_limits<Real>::epsilon();
+  const std::size_t pitch = transform_->pitch(), planes = static_cast<std::size_t>(planes_);
+  System system{
+      .shift = shift,
+      .c = {transform_->rows(), planes_, pitch},
+      .f = coupled_below_ ? EndModes<Real>(transform_->rows(), planes_) : EndModes<Real>(),
+      .coupling = {}};
   std::vector<SlabCoupling> coupling(transform_->size());
   const auto mean = std::find(eigenvalue_.begin(), eigenvalue_.end(), 0.0);
   std::optional<std::size_t> open;  // the mode that leaves the pressure's level open
   if (of_pressure_ && mean != eigenvalue_.end())
     open = static_cast<std::size_t>(mean - eigenvalue_.begin());
   std::vector<double> eigenvalue(pitch);
+  std::vector<Real> all_c(planes * pitch), all_f(planes * pitch);
   for (int row = 0; row < transform_->rows(); ++row) {
     const std::size_t first = at(0, row);
     for (std::size_t m = 0; m < pitch; ++m) eigenvalue[m] = eigenvalue_[first + m] - shift;
     eliminate_slab(
         rows_, eigenvalue, open && *open >= first ? *open - first : pitch,
         [&](std::size_t j, const double* c, const double* f) {
-          const std::size_t place = at(static_cast<int>(j), row);
-          for (std::size_t m = 0; m < pitch; ++m) c_[place + m] = static_cast<Real>(c[m]);
-          if (!coupled_below_) return;
-          for (std::size_t m = 0; m < pitch; ++m) f_[place + m] = static_cast<Real>(f[m]);
+          for (std::size_t m = 0; m < pitch; ++m) {
+            all_c[j * pitch + m] = static_cast<Real>(c[m]);
+            all_f[j * pitch + m] = static_cast<Real>(f[m]);
+          }
         },
         std::span(coupling).subspan(first, pitch));
+    system.c.set_row(row, all_c);
+    if (!coupled_below_) continue;
+    const auto f = [&](std::size_t j, std::size_t m) { return all_f[j * pitch + m]; };
+    system.f.set_row(
+        row, static_cast<std::size_t>(transform_->modes()),
+        [&](std::size_t j, std::size_t m) { return std::abs(f(j, m)) > negligible; }, f);
   }
-  reduced_.factorise(coupling, open);
+  system.coupling = reduced_.factorise(coupling, open);
+  return system;
 }
 
 template <class Real>
@@ -113,17 +153,20 @@ template <class Real>
 template <int parts>
 void PoissonSolver<Real>::eliminate_rows(int j, double scale) {
   const int modes = transform_->modes();
+  const std::size_t width = parts * transform_->pitch();
+  System& system = systems_[system_];
   const PlaneFactors& factor = factors_[static_cast<std::size_t>(j)];
   const Real own = static_cast<Real>(factor.own * scale * transform_->normalisation());
   const Real below = static_cast<Real>(factor.before);
   for (int kz = 0; kz < transform_->rows(); ++kz) {
     Real* row = &eliminated_[parts * at(j, kz)];
+    ask_to_write(row + width, width);
     transform_->forward_row(work_.data(), kz, row);
+    const Real* c = system.c.row(j, kz);
     if (j == 0)
-      eliminate_first_row<parts>(modes, own, &c_[at(0, kz)], row);
+      eliminate_first_row<parts>(modes, own, c, row);
     else
-      eliminate_row<parts>(modes, own, below, &c_[at(j, kz)], &eliminated_[parts * at(j - 1, kz)],
-                           row);
+      eliminate_row<parts>(modes, own, below, c, &eliminated_[parts * at(j - 1, kz)], row);
     if (!coupled_below_) continue;
     // g = d'_0 - sum t_j f_j-1 d'_j over all planes but the last
     Real* first = &first_[parts * at(0, kz)];
@@ -132,7 +175,7 @@ void PoissonSolver<Real>::eliminate_rows(int j, double scale) {
     if (j == 0)
       std::copy_n(row, parts * modes, first);
     else
-      subtract_product<parts>(modes, static_cast<Real>(factor.first), &f_[at(j - 1, kz)], row,
+      subtract_product<parts>(modes, static_cast<Real>(factor.first), system.f.part(j - 1, kz), row,
                               first);
   }
 }
@@ -152,7 +195,8 @@ void PoissonSolver<Real>::couple() {
     }
   }
   const std::size_t top = static_cast<std::size_t>(transform_->parts()) * at(planes_ - 1, 0);
-  reduced_.solve({.last = &eliminated_[top], .first = first_.data(), .excess = outside_.data()},
+  reduced_.solve(systems_[system_].coupling,
+                 {.last = &eliminated_[top], .first = first_.data(), .excess = outside_.data()},
                  {.below = outside_.data(), .last = last_.data(), .above = above_.data()});
 }
 
@@ -171,12 +215,17 @@ template <class Real>
 template <int parts>
 void PoissonSolver<Real>::substitute_rows(int j) {
   const int modes = transform_->modes();
+  const std::size_t width = parts * transform_->pitch();
+  System& system = systems_[system_];
   for (int kz = 0; kz < transform_->rows(); ++kz) {
     Real* row = &(j == planes_ ? above_ : last_)[parts * at(0, kz)];
     if (j < planes_ - 1) {
-      substitute_row<parts>(modes, &c_[at(j, kz)], &eliminated_[parts * at(j, kz)], row);
+      const Real* eliminated = &eliminated_[parts * at(j, kz)];
+      ask_for(eliminated + width, width);
+      substitute_row<parts>(modes, system.c.row(j, kz), eliminated, row);
       if (coupled_below_)
-        subtract_product<parts>(modes, Real(1), &f_[at(j, kz)], &outside_[parts * at(0, kz)], row);
+        subtract_product<parts>(modes, Real(1), system.f.part(j, kz), &outside_[parts * at(0, kz)],
+                                row);
     }
     transform_->inverse_row(row, kz, solution_[j & 1].data());
   }
@@ -185,10 +234,12 @@ void PoissonSolver<Real>::substitute_rows(int j) {
 template <class Real>
 std::size_t PoissonSolver<Real>::bytes() const {
   std::size_t values = 0;
-  for (const AlignedArray<Real>* array : {&c_, &f_, &eliminated_, &first_, &outside_, &last_,
-                                          &above_, &work_, &excess_, &solution_[0], &solution_[1]})
+  for (const AlignedArray<Real>* array : {&eliminated_, &first_, &outside_, &last_, &above_, &work_,
+                                          &excess_, &solution_[0], &solution_[1]})
     values += array->size();
-  return sizeof(Real) * values + transform_->bytes();
+  std::size_t coefficients = 0;
+  for (const System& system : systems_) coefficients += system.c.bytes() + system.f.bytes();
+  return sizeof(Real) * values + coefficients + transform_->bytes();
 }
 
 template class PoissonSolver<float>;

@@ -8,6 +8,7 @@
 #include "fluid/decomposition.hpp"
 #include "fluid/field.hpp"
 #include "fluid/grid.hpp"
+#include "fluid/mode_coefficients.hpp"
 #include "fluid/plane_transform.hpp"
 #include "fluid/reduced_system.hpp"
 #include "fluid/y_row.hpp"
@@ -41,9 +42,9 @@ class PoissonSolver {
   PoissonSolver(const Grid& grid, const Decomposition& decomposition,
                 int component = pressure_component);
 
-  /// Changes the shift (0 at first for the pressure, none for a velocity), which costs about as
-  /// much as eliminate() and substitute() without their transforms. Not between the two sweeps.
-  /// Collective.
+  /// Changes the shift (0 at first for the pressure, none for a velocity). A new one costs about as
+  /// much as eliminate() and substitute() without their transforms, one of the last three nothing
+  /// on uniform y. Not between the two sweeps. Collective.
   void set_shift(double shift);
 
   Real* rhs_row(int k) { return real_row(work_, k); }
@@ -76,6 +77,14 @@ class PoissonSolver {
             static_cast<std::size_t>(row)) *
            transform_->pitch();
   }
+  /// What a shift makes of the system: coefficients of the elimination, f only with a slab below.
+  struct System {
+    double shift;
+    ModeCoefficients<Real> c;
+    EndModes<Real> f;
+    typename ReducedSystem<Real>::Factors coupling;
+  };
+  System make_system(double shift);
   template <int parts>
   void eliminate_rows(int j, double scale);
   template <int parts>
@@ -91,12 +100,14 @@ class PoissonSolver {
   std::vector<double> eigenvalue_;     // of h^2 times the differences along x and z
   std::vector<YRow> rows_;             // of the own planes
   std::vector<PlaneFactors> factors_;  // of the own planes
-  AlignedArray<Real> c_, f_;           // coefficients, [plane][row][mode]; f only with a slab below
-  AlignedArray<Real> eliminated_;      // d', [plane][row][mode][part]
-  AlignedArray<Real> first_;           // g
-  AlignedArray<Real> outside_;         // X + W of the rank below
-  AlignedArray<Real> last_, above_;    // x_j on the way down, first plane of the rank above
-  AlignedArray<Real> work_, excess_;   // real planes
+  std::size_t kept_systems_;
+  std::vector<System> systems_;       // of the last shifts
+  std::size_t system_ = 0;            // the one in use
+  AlignedArray<Real> eliminated_;     // d', [plane][row][mode][part]
+  AlignedArray<Real> first_;          // g
+  AlignedArray<Real> outside_;        // X + W of the rank below
+  AlignedArray<Real> last_, above_;   // x_j on the way down, first plane of the rank above
+  AlignedArray<Real> work_, excess_;  // real planes
   std::array<AlignedArray<Real>, 2> solution_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -29,10 +30,19 @@ class ReducedSystem {
   /// A mode has `parts` values: 2, real and imaginary, or 1.
   ReducedSystem(const Grid& grid, const Decomposition& decomposition, std::size_t modes, int parts);
 
+  /// Coefficients of one slab, one of each per own mode, and its row of the factorised system.
+  struct Row {
+    std::vector<double> c, f, alpha, beta;            // see eliminate_slab
+    std::vector<double> lower, inverse_pivot, upper;  // Thomas elimination of all but the last
+    std::vector<double> response;                     // of X_r to the last slab's X
+  };
+  struct Factors {
+    std::vector<Row> rows;             ///< [slab]
+    std::vector<double> inverse_last;  ///< [own mode], last pivot; 0 pins the mean mode
+  };
   /// Takes each mode's coefficients of this slab, hands them to the mode's owner and factorises;
-  /// before the first solve, and when they change. `open_level`: mode 0 is the pressure's mean
-  /// mode. Collective.
-  void factorise(std::span<const SlabCoupling> own, std::optional<std::size_t> open);
+  /// `open`: the pressure's mean mode. Collective.
+  Factors factorise(std::span<const SlabCoupling> own, std::optional<std::size_t> open) const;
 
   /// What a rank knows after its elimination, one mode's parts after the other.
   struct Known {
@@ -47,37 +57,33 @@ class ReducedSystem {
     Real* above;  ///< first plane of the rank above; not written beside the upper wall
   };
   /// Collective.
-  void solve(const Known& known, const Wanted& wanted);
+  void solve(const Factors& factors, const Known& known, const Wanted& wanted);
 
   /// Values sent by this rank in one solve, both messages.
   std::size_t values_sent() const;
 
  private:
-  /// One mode's coefficients of one slab, and its row of the factorised system.
-  struct Row {
-    double c, f, alpha, beta;            // see eliminate_slab
-    double lower, inverse_pivot, upper;  // Thomas elimination of all rows but the last
-    double response;                     // of X_r to the last slab's X
-  };
+  /// Values of one slab for some neighbouring modes at a time, few enough for the first-level
+  /// cache.
+  static constexpr std::size_t batch = 64;
   struct Values {
-    double last, first, excess, x;
+    std::array<double, 2 * batch> last, first, excess, x;
   };
 
   std::size_t share_begin(int rank) const {
     return modes_ * static_cast<std::size_t>(rank) / static_cast<std::size_t>(ranks_);
   }
   std::size_t own_share() const { return share_begin(rank_ + 1) - share_begin(rank_); }
-  void factorise_mode(std::size_t mode);
-  void solve_mode(std::size_t mode);
+  void factorise_mode(Factors& factors, std::size_t mode) const;
+  template <int parts>
+  void solve_modes(const Factors& factors, std::size_t begin, std::size_t count);
   void count_messages();
 
   MPI_Comm comm_;
   int rank_, ranks_;
   bool cyclic_;
   std::size_t modes_, parts_;
-  std::vector<Row> rows_;             // [own mode][slab]
-  std::vector<double> inverse_last_;  // [own mode], last pivot; 0 pins the mean mode
-  std::vector<Values> values_;        // [slab] of the part in work
+  std::vector<Values> values_;  // [slab] of the modes in work
   std::vector<Real> to_owner_, at_owner_;
   std::vector<int> rank_counts_, rank_offsets_, owner_counts_, owner_offsets_;
 };

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -68,8 +71,13 @@ void eliminate_slab(std::span<const YRow> rows, std::span<const double> eigenval
     const bool last = j + 1 == planes;
     if (last)
       for (std::size_t m = 0; m < modes; ++m) beta[m] = -factor.first * f[m];
-    for (std::size_t m = 0; m < modes; ++m)
-      c[m] = upper / (row.diagonal + eigenvalue[m] * row.mass - row.lower * c[m]);
+    for (std::size_t m = 0; m < modes; ++m) {
+      const double next = upper / (row.diagonal + eigenvalue[m] * row.mass - row.lower * c[m]);
+      // An error of c falls by c^2 from plane to plane. What is at its fixed point to round-off
+      // stays there, so that it need not be kept again for each plane (mode_coefficients.hpp).
+      const double left = std::abs(next - c[m]) / (1.0 - std::min(next * next, 1.0));
+      if (!(left <= std::numeric_limits<double>::epsilon() * std::abs(next))) c[m] = next;
+    }
     if (last && open < modes && closed) c[open] = 0.0;
     for (std::size_t m = 0; m < modes; ++m) {
       const double before = f[m];

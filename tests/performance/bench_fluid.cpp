@@ -63,6 +63,7 @@ void forget_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5\n"; }
 struct Row {
   std::string blocks, precision;
   double rate, bytes_per_cell, sent_per_cell;
+  std::array<double, flow_phases> phases;  // of the fastest sample, ns per cell and stage
 };
 
 double sum_over_ranks(double value) {
@@ -102,14 +103,25 @@ Row measure(const std::array<int, 3>& cells, bool implicit, int along_z, double 
   MPI_Bcast(&once, 1, MPI_DOUBLE, 0, MPI_COMM_WORLD);
   const int count = std::max(1, static_cast<int>(seconds / repeats / once));
   std::vector<double> rates;
-  for (int n = 0; n < repeats; ++n)
+  std::array<double, flow_phases> phases{};
+  const double own_stages =
+      channel.grid().cell_count() / ranks_of(MPI_COMM_WORLD) * stage_count * count;
+  for (int n = 0; n < repeats; ++n) {
+    const auto laps = channel.clock().seconds();
     rates.push_back(1e-6 * count * channel.grid().cell_count() / seconds_of([&] { steps(count); }));
+    if (rates.back() < *std::max_element(rates.begin(), rates.end())) continue;
+    for (std::size_t m = 0; m < flow_phases; ++m)
+      phases[m] = 1e9 * (channel.clock().seconds()[m] - laps[m]) / own_stages;
+  }
   const double bytes = sum_over_ranks(peak_memory() - before);
   const Decomposition& blocks = channel.decomposition();
   const double count_of_cells = channel.grid().cell_count();
   return {fmt::format("{}x{}", blocks.y_parts(), blocks.z_parts()),
-          sizeof(Real) == 4 ? "single" : "double", median(rates), bytes / count_of_cells,
-          sent / count_of_cells};
+          sizeof(Real) == 4 ? "single" : "double",
+          median(rates),
+          bytes / count_of_cells,
+          sent / count_of_cells,
+          phases};
 }
 
 std::array<int, 3> read_grid(const std::string& text) {
@@ -128,6 +140,7 @@ int run(int argc, char** argv) {
   std::vector<std::string> diffusions{"explicit", "implicit"};
   double seconds = 5.0;
   int repeats = 5, along_z = 0;
+  bool with_phases = false;
   std::string commit = "unknown";
   app.add_option("--grid", grids, "Cells, for instance 128x128x128");
   app.add_option("--precision", precisions, "double, single")
@@ -137,6 +150,7 @@ int run(int argc, char** argv) {
       ->check(CLI::IsMember({"explicit", "implicit"}));
   app.add_option("--seconds", seconds, "Time for each row, set-up not counted");
   app.add_option("--repeats", repeats, "Samples that the medians are taken of");
+  app.add_flag("--phases", with_phases, "Below each row, where the time goes on the first rank");
   app.add_option("--commit", commit, "Name of the measured state, for the rows");
   CLI11_PARSE(app, argc, argv);
 
@@ -159,6 +173,10 @@ int run(int argc, char** argv) {
             "\"roofline_fraction\": {:.3f}, \"commit\": \"{}\"}}\n",
             grid, ranks_of(MPI_COMM_WORLD), row.blocks, row.precision, diffusion, row.rate,
             row.bytes_per_cell, row.sent_per_cell, triad, roofline, commit);
+        if (with_phases)
+          for (std::size_t n = 0; n < flow_phases; ++n)
+            fmt::print("  {:24} {:6.2f} ns per cell and stage\n", flow_phase_names[n],
+                       row.phases[n]);
         std::cout.flush();
       }
   return 0;
