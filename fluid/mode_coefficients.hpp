@@ -55,6 +55,7 @@ class EndModes {
     const Place& place = places_[r * planes_ + static_cast<std::size_t>(j)];
     return {rows_[r].data() + place.begin, place.low, place.high};
   }
+  std::size_t planes() const { return planes_; }
   std::size_t bytes() const {
     std::size_t sum = places_.size() * sizeof(Place);
     for (const AlignedArray<Real>& row : rows_) sum += row.size() * sizeof(Real);
@@ -82,7 +83,7 @@ class ModeCoefficients {
 
   /// The values of all planes of one row, [plane][mode].
   void set_row(int row, std::span<const Real> values) {
-    const std::size_t planes = values.size() / pitch_;
+    const std::size_t planes = changes_.planes();
     const auto at = [&](std::size_t j, std::size_t m) { return values[j * pitch_ + m]; };
     // A plane's own values are needed on the way up where they differ from those of the plane
     // below, on the way down where they differ from those of the plane above.
