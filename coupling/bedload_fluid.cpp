@@ -14,10 +14,12 @@
 #include "coupling/effects.hpp"
 #include "coupling/fluid_options.hpp"
 #include "coupling/fluid_side.hpp"
+#include "coupling/handshake.hpp"
 #include "coupling/roles.hpp"
 #include "coupling/run_output.hpp"
 #include "coupling/signals.hpp"
 #include "coupling/simulation.hpp"
+#include "coupling/stages.hpp"
 #include "coupling/survivors.hpp"
 #include "fluid/errors.hpp"
 #include "fluid/output/state_file.hpp"
@@ -32,6 +34,8 @@ FluidFacts facts_of(const Settings& s, const Resumption* from) {
   facts.length = s.grid.length;
   const auto periodic = [](const auto& ends) { return ends[0] == Wall::periodic ? 1 : 0; };
   facts.periodic = {periodic(s.boundary.x), periodic(s.boundary.y), periodic(s.boundary.z)};
+  facts.dem_steps =
+      DemSteps::of(s.coupling.exchange == Exchange::stage, s.coupling.dem_steps).in_stage;
   facts.gravity = s.fluid.gravity;
   facts.density = s.fluid.density;
   facts.kinematic_viscosity = s.fluid.kinematic_viscosity;
@@ -175,6 +179,8 @@ int run(Job& job, int argc, char** argv) {
     partner.emplace(job).introduce(facts_of(settings, resumption),
                                    from ? from->place.grains() : std::string());
     dem = partner->meet();
+    const auto words = caution(facts_of(settings, resumption), dem->facts);
+    if (words && job.rank() == 0) fmt::print(stderr, "bedload-fluid: {}\n", *words);
   }
   const auto start = settings.accuracy.precision == "single" ? simulate<float> : simulate<double>;
   return start(job, *options, settings, partner ? &*partner : nullptr, dem ? &*dem : nullptr,

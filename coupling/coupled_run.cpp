@@ -90,16 +90,20 @@ void CoupledRun::run(int narg, char** arg) {
   fluid->allow_run(true);
   prepare(*fluid);
 
+  const DemSteps dem_steps{side.facts().dem_steps};
   bool going_on = true;
   moved_ = true;
   for (; going_on && steps_left > 0; --steps_left) {
-    for (const int substeps : dem_substeps) {
+    bool begins = true;
+    for (const int substeps : dem_steps.in_stage) {
+      if (substeps == 0) continue;
       going_on = next_stage(*fluid);
       if (!going_on) break;
-      if (fluid->stage().stage == 0) {
+      if (begins) {
         fluid->set_time_step(fluid->stage().fluid_time_step);
-        if (fluid->stage().last != 0 || steps_left == 1) announce_last_step();
+        if (fluid->stage().last != 0 || steps_left == 1) announce_last_step(dem_steps.per_step());
       }
+      begins = false;
       update->integrate->run(substeps);
       fluid->send_motion();
     }
@@ -185,8 +189,8 @@ void CoupledRun::rebuild_lists() {
 }
 
 // The fluid makes no step after this one: thermo prints a last line.
-void CoupledRun::announce_last_step() {
-  update->laststep = update->endstep = update->ntimestep + dem_substeps_per_step;
+void CoupledRun::announce_last_step(int dem_steps) {
+  update->laststep = update->endstep = update->ntimestep + dem_steps;
   output->next_thermo = std::min(output->next_thermo, update->laststep);
   output->next = std::min(output->next, output->next_thermo);
   modify->addstep_compute_all(output->next_thermo);

@@ -25,7 +25,7 @@ class CoupledRun : protected LAMMPS_NS::Pointers {
   bool next_stage(FixCoupleFluid& fluid);
   void write_checkpoint(FixCoupleFluid& fluid);
   void rebuild_lists();
-  void announce_last_step();
+  void announce_last_step(int dem_steps);
   void conclude();
 
   bool moved_ = true;  ///< atoms may have changed rank since the last motion was sent

@@ -98,7 +98,10 @@ std::vector<EffectRow> effects_of(const Settings& s, std::span<const SphereState
                      fmt::format("history every {} steps, spheres and fields as [output] says",
                                  s.output.history_every)));
   if (dem == nullptr) return rows;
-  rows.push_back(row("grain motion", mobile, "LIGGGHTS, while the fluid solves its pressure"));
+  rows.push_back(
+      row("grain motion", mobile,
+          fmt::format("LIGGGHTS, {} steps a time step, loads once a {}", s.coupling.dem_steps,
+                      s.coupling.exchange == Exchange::stage ? "stage" : "step")));
   const std::vector<EffectRow> script = effects_of_script(dem->effects);
   rows.insert(rows.end(), script.begin(), script.end());
   return rows;

@@ -99,7 +99,7 @@ void FluidSide::send_loads(int stage, double time_step, bool last_step,
                            std::span<const SphereLoad> loads) {
   stage_ = stage;
   StageSums& sums = sums_[static_cast<std::size_t>(stage)] = {};
-  const double length = stage_length(stage, time_step);
+  const double length = dem_steps().duration(stage, time_step);
   for (const SphereLoad& load : loads) {
     add(sums.sent, triple(length * load.force));
     add(sums.angular_sent, triple(length * load.torque));
@@ -134,14 +134,14 @@ Motion FluidSide::receive_motion() {
   mobile_ = std::count_if(motion.mobile.begin(), motion.mobile.end(), [this](const auto& s) {
     return blocks_.home(s.position) == job_.rank();
   });
-  if (stage_ + 1 == static_cast<int>(dem_substeps.size())) ++step_;
+  if (stage_ + 1 == static_cast<int>(sums_.size())) ++step_;
   return motion;
 }
 
 StepAccount FluidSide::settle() {
-  static_assert(sizeof(sums_) == dem_substeps.size() * 14 * sizeof(double));
+  static_assert(sizeof(sums_) == std::tuple_size_v<decltype(sums_)> * 14 * sizeof(double));
   struct {
-    std::array<StageSums, dem_substeps.size()> stages;
+    decltype(sums_) stages;
     double collisions, mobile;  // exact in a double
   } all{sums_, static_cast<double>(collisions_), static_cast<double>(mobile_)};
   MPI_Allreduce(MPI_IN_PLACE, &all, sizeof(all) / sizeof(double), MPI_DOUBLE, MPI_SUM, job_.own());

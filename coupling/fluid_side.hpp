@@ -60,6 +60,9 @@ class FluidSide {
   /// Tells LIGGGHTS how the box is divided, and learns which of its ranks are partners.
   void divide(const BlockMap& blocks);
 
+  /// LIGGGHTS' steps by stage; one without steps sends no loads.
+  DemSteps dem_steps() const { return {facts_.dem_steps}; }
+
   /// Sends the loads of `stage` and returns while LIGGGHTS begins to move the spheres.
   /// `last_step`: the fluid makes no step after this one.
   void send_loads(int stage, double time_step, bool last_step, std::span<const SphereLoad> loads);
@@ -95,7 +98,7 @@ class FluidSide {
   std::unordered_map<std::int64_t, int> owners_;  ///< rank of LIGGGHTS by tag, of spheres here
   std::int64_t step_ = 0;
   int stage_ = 0;
-  std::array<StageSums, dem_substeps.size()> sums_{};
+  std::array<StageSums, 3> sums_{};
   std::int64_t collisions_ = 0, mobile_ = 0;  ///< this rank's share
 };
 

@@ -6,11 +6,15 @@
 #include <cmath>
 #include <string_view>
 
+#include "coupling/stages.hpp"
+
 namespace bedload {
 namespace {
 
 constexpr double tolerance = 1e-8;
 constexpr double least_cells_per_diameter = 4.0;
+/// Density over the fluid's of the lightest sphere that the scheme carries.
+constexpr double lightest_in_stages = 0.3, lightest_in_steps = 1.2;
 constexpr std::array<std::string_view, 3> axis{"x", "y", "z"};
 
 bool agree(double a, double b, double size) { return std::abs(a - b) <= tolerance * size; }
@@ -88,7 +92,38 @@ std::optional<std::string> sphere_disagreement(const FluidFacts& fluid, const De
   return std::nullopt;
 }
 
+/// A lighter sphere is moved by its added mass more than by its own: the exchange of force and
+/// motion swings up (./bedload study stability --case density_ratio, --case density_ratio_step).
+std::optional<std::string> too_light(const FluidFacts& fluid, const DemFacts& dem) {
+  const bool each_stage = DemSteps{fluid.dem_steps}.exchange_in(0);
+  const double limit = (each_stage ? lightest_in_stages : lightest_in_steps) * fluid.density;
+  if (dem.mobile == 0 || dem.smallest_density >= limit * (1.0 - tolerance)) return std::nullopt;
+  return fmt::format(
+      "the lightest mobile sphere in the LIGGGHTS script has density {}, but with "
+      "'coupling.exchange' = \"{}\" and 'fluid.density' = {} the scheme is stable only from {} on; "
+      "set a density of at least that{}.",
+      dem.smallest_density, each_stage ? "stage" : "step", fluid.density, limit,
+      each_stage ? "" : ", or exchange in each stage");
+}
+
 }  // namespace
+
+// Film at its smallest gap, 6 pi mu R^2 / (3e-3 R m), against the swing of an enduring contact
+// whose overlap under the weight is 1e-3 R: the film ends at the contact, so what it would damp
+// goes on.
+std::optional<std::string> caution(const FluidFacts& fluid, const DemFacts& dem) {
+  if (dem.mobile == 0) return std::nullopt;
+  const double r = dem.smallest_radius, ratio = dem.smallest_density / fluid.density;
+  const double film = 1500.0 * fluid.kinematic_viscosity / (ratio * r * r);
+  const double submerged = size_of(fluid.gravity) * std::abs(ratio - 1.0) / ratio;
+  const double swing = std::sqrt(submerged / (1e-3 * r));
+  if (submerged == 0.0 || film <= 2.0 * swing) return std::nullopt;
+  return fmt::format(
+      "caution: the fluid is so viscous that a grain pressed on a wall or a bed should creep into "
+      "contact, but it swings there by some 0.1 % of its diameter for a while (./bedload study "
+      "stability --case pressed); lower 'fluid.kinematic_viscosity' to {:.2g} where that matters.",
+      2.0 * swing * ratio * r * r / 1500.0);
+}
 
 std::optional<std::string> disagreement(const FluidFacts& fluid, const DemFacts& dem) {
   if (dem.force_factor != 1.0)
@@ -96,8 +131,8 @@ std::optional<std::string> disagreement(const FluidFacts& fluid, const DemFacts&
         "force is mass times acceleration in the fluid but {} times that in the LIGGGHTS script "
         "(units); use units si, or lj for a scene without dimensions.",
         1.0 / dem.force_factor);
-  for (const auto& check :
-       {box_disagreement, gravity_disagreement, material_disagreement, sphere_disagreement})
+  for (const auto& check : {box_disagreement, gravity_disagreement, material_disagreement,
+                            sphere_disagreement, too_light})
     if (auto sentence = check(fluid, dem)) return sentence;
   return std::nullopt;
 }

@@ -16,4 +16,7 @@ namespace bedload {
 /// systems in which force is not mass times acceleration.
 std::optional<std::string> disagreement(const FluidFacts& fluid, const DemFacts& dem);
 
+/// What the scheme does not do well in such a scene, in one sentence; it runs nevertheless.
+std::optional<std::string> caution(const FluidFacts& fluid, const DemFacts& dem);
+
 }  // namespace bedload

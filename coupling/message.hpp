@@ -14,7 +14,7 @@
 namespace bedload {
 
 /// Raised whenever a record below, or who sends it when, changes.
-inline constexpr std::int32_t protocol_number = 3;
+inline constexpr std::int32_t protocol_number = 4;
 
 using Triple = std::array<double, 3>;
 using Bytes = std::vector<std::byte>;
@@ -64,12 +64,12 @@ struct MotionHeader {
 struct FluidFacts {
   Triple length;  ///< box from the origin [L]
   std::array<std::int32_t, 3> periodic;
-  std::int32_t spare;
-  Triple gravity;                  ///< [L/T^2]
-  double density;                  ///< [M/L^3]
-  double kinematic_viscosity;      ///< [L^2/T]
-  double time_step;                ///< [T]
-  double cell_size;                ///< [L]
+  std::array<std::int32_t, 3> dem_steps;  ///< stages.hpp
+  Triple gravity;                         ///< [L/T^2]
+  double density;                         ///< [M/L^3]
+  double kinematic_viscosity;             ///< [L^2/T]
+  double time_step;                       ///< [T]
+  double cell_size;                       ///< [L]
   std::int64_t restart_step = -1;  ///< fluid steps made when the checkpoint was written; -1: none
 };
 
@@ -89,6 +89,7 @@ struct DemFacts {
   double force_factor;       ///< LIGGGHTS' ftm2v: 1 in units where force = mass * acceleration
   std::int64_t mobile, fixed;
   double smallest_radius, largest_radius;  ///< [L]
+  double smallest_density;                 ///< of the mobile spheres [M/L^3]; infinity: none
   double density,
       viscosity;  ///< the fluid's (dynamic), as the script states them; NaN: it does not
 };

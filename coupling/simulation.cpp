@@ -10,7 +10,7 @@
 
 namespace bedload {
 
-static_assert(dem_substeps.size() == stage_count);
+static_assert(DemSteps{}.in_stage.size() == stage_count);
 
 template <class Real>
 Simulation<Real>::Phases::Phases(Timing& timing, bool spheres, bool coupled) {
@@ -39,7 +39,9 @@ Simulation<Real>::Simulation(const Settings& settings, MPI_Comm comm, FluidSide*
 }
 
 // The Runge-Kutta stages of one step. While the pressure is solved, which needs nothing of the
-// grains, LIGGGHTS moves them by the loads of the same stage, in 8, 2 and 5 steps of its own.
+// grains, LIGGGHTS moves them by the loads of the same stage, in 8, 2 and 5 steps of its own. With
+// one exchange per step they stand still until the last stage, and then move by the mean of the
+// loads.
 template <class Real>
 void Simulation<Real>::make_step(bool last) {
   begin_step();
@@ -50,16 +52,17 @@ void Simulation<Real>::make_step(bool last) {
     }
     timing_.measure(phases_.predictor, [&] { channel_.predict(stage); });
     loads_ = timing_.measure(phases_.markers, [&] { return channel_.force_spheres(stage); });
-    if (!partner_) {
-      timing_.measure(phases_.pressure, [&] { channel_.project(stage); });
-      continue;
-    }
-    timing_.measure(phases_.exchange,
-                    [&] { partner_->send_loads(stage, channel_.time_step(), last, loads_); });
+    add_to_mean(stage);
+    const bool exchange = partner_ && partner_->dem_steps().exchange_in(stage);
+    if (exchange)
+      timing_.measure(phases_.exchange, [&] {
+        partner_->send_loads(stage, channel_.time_step(), last, loads_to_send());
+      });
     timing_.measure(phases_.pressure, [&] { channel_.project(stage); });
+    if (!exchange) continue;
     motion_ = timing_.measure(phases_.waiting, [&] { return partner_->receive_motion(); });
     timing_.measure(phases_.markers, [&] { move_spheres(); });
-    take_note(stage);
+    take_note();
   }
   timing_.measure(phases_.closing, [&] {
     channel_.finish_step();
@@ -82,13 +85,26 @@ void Simulation<Real>::move_spheres() {
 
 // mean of F over the step = sum over the stages of 2 alpha_k F_k
 template <class Real>
-void Simulation<Real>::take_note(int stage) {
+void Simulation<Real>::add_to_mean(int stage) {
   const double weight = runge_kutta[static_cast<std::size_t>(stage)].two_alpha;
   for (const SphereLoad& load : loads_) {
     SphereLoad& mean = mean_loads_.try_emplace(load.tag, SphereLoad{load.tag}).first->second;
     mean.force += weight * load.force;
     mean.torque += weight * load.torque;
   }
+}
+
+// A sphere that waits for the last stage stays on its rank, so that all its stages are here.
+template <class Real>
+std::vector<SphereLoad> Simulation<Real>::loads_to_send() const {
+  if (partner_->dem_steps().exchange_in(0)) return loads_;
+  std::vector<SphereLoad> means;
+  for (const auto& [tag, load] : mean_loads_) means.push_back(load);
+  return means;
+}
+
+template <class Real>
+void Simulation<Real>::take_note() {
   grain_intervals_.push_back({motion_.dem_began, motion_.dem_ended});
   grain_seconds_ += motion_.dem_ended - motion_.dem_began;
 }

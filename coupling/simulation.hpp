@@ -11,7 +11,7 @@
 
 namespace bedload {
 
-/// Motion of the grains in LIGGGHTS during one stage, by the clock that both programs read [s].
+/// Motion of the grains in LIGGGHTS behind one exchange, by the clock that both programs read [s].
 struct GrainInterval {
   double began, ended;
 };
@@ -54,7 +54,9 @@ class Simulation {
  private:
   void begin_step();
   void move_spheres();
-  void take_note(int stage);
+  void add_to_mean(int stage);
+  std::vector<SphereLoad> loads_to_send() const;
+  void take_note();
 
   Channel<Real> channel_;
   FluidSide* partner_;

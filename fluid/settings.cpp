@@ -61,6 +61,7 @@ const Words<Switch> switch_words{
 const Words<Diffusion> diffusion_words{{"auto", Diffusion::automatic},
                                        {"explicit", Diffusion::explicit_},
                                        {"implicit", Diffusion::implicit}};
+const Words<Exchange> exchange_words{{"stage", Exchange::stage}, {"step", Exchange::step}};
 const Words<std::string> precision_words{{"double", "double"}, {"single", "single"}};
 
 /// The one place where keys are declared: name, variable (its initialiser is the default), unit,
@@ -153,6 +154,12 @@ void declare_keys(Settings& s, Visitor& key) {
   key.number("spheres.pressure_share", s.spheres.pressure_share, "-", Range{0.0, 1.0},
              Need::optional,
              "Share of each stage's pressure correction that the old pressure takes over.");
+  key.word("coupling.exchange", s.coupling.exchange, exchange_words,
+           "Whether mobile spheres get their loads and move in each Runge-Kutta stage, or once per "
+           "step by the mean load of its stages.");
+  key.integer(
+      "coupling.dem_steps", s.coupling.dem_steps, "-", Range{1, 15000},
+      "LIGGGHTS' steps per time step; a multiple of 15 where coupling.exchange is \"stage\".");
   key.integer("ranks.along_z", s.ranks.along_z, "-", Range{0, 1 << 20},
               "Blocks side by side along z, a divisor of the fluid ranks; 0: chosen by cost.");
   key.word("accuracy.precision", s.accuracy.precision, precision_words,
@@ -509,6 +516,11 @@ void check_together(const Settings& s) {
   } else if (s.fringe.end > 0.0) {
     fail("'fringe.end' is set, but 'fringe.rate' is 0, so that there is no fringe.");
   }
+  if (s.coupling.exchange == Exchange::stage && s.coupling.dem_steps % 15 != 0)
+    fail(fmt::format(
+        "'coupling.dem_steps' is {}, but must be a multiple of 15 (stages of 8/15, 2/15 "
+        "and 5/15 of a step) or go with 'coupling.exchange' = \"step\".",
+        s.coupling.dem_steps));
   if (s.time.cfl > 0.0 && s.fluid.convection == Switch::off)
     fail("'time.cfl' needs the convective term, but 'fluid.convection' is \"off\".");
   if (s.statistics.every == 0 && !s.statistics.spectra_heights.empty())

@@ -19,6 +19,9 @@ enum class Diffusion { automatic, explicit_, implicit };
 /// The field that a run starts from.
 enum class Start { rest, laminar, logarithmic, state };
 
+/// When spheres and fluid tell each other of loads and motion.
+enum class Exchange { stage, step };
+
 /// Whether an effect is computed: decided from the scene, or by the user.
 enum class Switch { automatic, on, off };
 
@@ -88,6 +91,10 @@ struct Settings {
     double retraction = -1.0;
     double pressure_share = 0.25;
   } spheres;
+  struct Coupling {
+    Exchange exchange = Exchange::stage;
+    int dem_steps = 15;
+  } coupling;
   struct Ranks {
     int along_z = 0;
   } ranks;

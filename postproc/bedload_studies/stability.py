@@ -18,8 +18,10 @@ from bedload_launcher import job
 from bedload_launcher.errors import unknown
 from bedload_launcher.machine import cores
 from bedload_launcher.scenes import Scene
+from bedload_post.outputs import MissingOutput
 
-from .hard_cases import CASES, REFUSED, STOPPED, UNSTABLE, HardCase, Verdict
+from .criteria import REFUSED, STOPPED, UNSTABLE, Verdict
+from .hard_cases import CASES, HardCase
 from .stability_report import write_report
 from .trajectories import Trajectories
 
@@ -46,7 +48,8 @@ def kind_of_end(words: str) -> str:
     """A run that ended in a sentence: refused before its first step, stopped later, or blown up."""
     step = re.search(r"step (\d+) \(t", words)
     if step is None:
-        return REFUSED if "'time.step'" in words or "must be" in words else UNSTABLE
+        refusals = ("'time.step'", "must be", "is stable only")
+        return REFUSED if any(part in words for part in refusals) else UNSTABLE
     if "CFL" not in words:
         return UNSTABLE
     return REFUSED if int(step[1]) <= 1 else STOPPED
@@ -74,7 +77,10 @@ def run_cell(case: HardCase, value, courant: float, precision: str, folder: Path
         said = [line for line in done.stderr.splitlines() if line.startswith("bedload")]
         words = said[0] if said else f"status {done.returncode}"
         return Cell(*cell, kind_of_end(words), float("nan"), words)
-    verdict: Verdict = case.judge(value, dt, Trajectories.of(folder / "out"))
+    try:
+        verdict: Verdict = case.judge(value, dt, Trajectories.of(folder / "out"))
+    except MissingOutput as error:
+        verdict = Verdict(UNSTABLE, float("nan"), str(error))
     shutil.rmtree(folder)
     return Cell(*cell, verdict.kind, verdict.number, verdict.words)
 

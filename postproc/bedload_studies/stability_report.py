@@ -9,7 +9,8 @@ from bedload_post.report import image, page, table
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (the backend comes first)
 
-from .hard_cases import CASES, INACCURATE, PASS, REFUSED, STOPPED, UNSTABLE  # noqa: E402
+from .criteria import INACCURATE, PASS, REFUSED, STOPPED, UNSTABLE  # noqa: E402
+from .hard_cases import CASES  # noqa: E402
 
 COLOURS = {
     PASS: "#4c9f70", INACCURATE: "#e9c46a", UNSTABLE: "#c8553d", REFUSED: "#9aa5b1",

@@ -1,40 +1,35 @@
-"""The mobile spheres of one run as arrays over samples and spheres."""
+"""The mobile spheres of one run, from its start to its end, beside what they can touch."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from bedload_post.outputs import Run, Samples
+from bedload_post.frames import Frames, frames
+from bedload_post.outputs import MissingOutput, Run
+
+ALL_ROWS = 1 << 40  # in one block
 
 
 @dataclass(frozen=True)
-class Trajectories:
-    """n samples of m spheres: time (n); position, velocity, angular_velocity (n, m, 3); radius (m).
+class Trajectories(Frames):
+    """Of a run in which no sphere comes or goes. box, periods (3): edges, infinite between walls; bed
+    (k, 3), bed_radius (k): fixed spheres."""
 
-    Only for runs in which no sphere comes or goes.
-    """
-
-    time: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    angular_velocity: np.ndarray
-    radius: np.ndarray
+    box: np.ndarray
     periods: np.ndarray
+    bed: np.ndarray
+    bed_radius: np.ndarray
 
     @classmethod
     def of(cls, folder: Path) -> "Trajectories":
         run = Run(folder)
-        blocks = list(run.sample_blocks())
-        names = Samples.__dataclass_fields__
-        all_rows = Samples(*(np.concatenate([getattr(b, n) for b in blocks]) for n in names))
-        order = np.lexsort((all_rows.tag, all_rows.time))
-        rows = all_rows.rows(order)
-        spheres = len(np.unique(rows.tag))
-        shape = (len(rows) // spheres, spheres)
-        vectors = (rows.position, rows.velocity, rows.angular_velocity)
+        rectangles = list(frames(run.sample_blocks(ALL_ROWS)))
+        if len(rectangles) != 1:
+            raise MissingOutput("spheres came or went")
+        (f,) = rectangles
         return cls(
-            rows.time.reshape(shape)[:, 0], *(v.reshape(*shape, 3) for v in vectors),
-            rows.radius.reshape(shape)[0], run.periods,
+            f.time, f.tag, f.position, f.velocity, f.angular_velocity, f.radius,
+            run.box, run.periods, *run.fixed_spheres(),
         )  # fmt: skip
 
     def fastest(self) -> float:
@@ -42,14 +37,38 @@ class Trajectories:
         return float(np.max(np.linalg.norm(self.velocity, axis=2)))
 
     def kinetic_energy(self) -> np.ndarray:
-        """Sum of R^3 (u^2 / 2 + R^2 omega^2 / 5) over the spheres, shape (n): energy over 4/3 pi rho."""
+        """Sum of R^3 (u^2 / 2 + R^2 omega^2 / 5) over the spheres, shape (m): energy over 4/3 pi rho."""
         u2 = np.sum(self.velocity**2, axis=2)
         w2 = np.sum(self.angular_velocity**2, axis=2)
         return np.sum(self.radius**3 * (0.5 * u2 + 0.2 * self.radius**2 * w2), axis=1)
 
-    def pair_gap(self, i: int, j: int) -> np.ndarray:
-        """Distance between the surfaces of two spheres over time, the nearest images taken."""
-        apart = self.position[:, i] - self.position[:, j]
+    def travel(self) -> np.ndarray:
+        """Way of each sphere from its start to its end, the velocities summed up, shape (n, 3)."""
+        return np.trapz(self.velocity, self.time, axis=0)
+
+    def nearest_image(self, apart: np.ndarray) -> np.ndarray:
         wide = np.isfinite(self.periods)
-        apart[:, wide] -= self.periods[wide] * np.round(apart[:, wide] / self.periods[wide])
-        return np.linalg.norm(apart, axis=1) - self.radius[i] - self.radius[j]
+        apart = apart.copy()
+        apart[..., wide] -= self.periods[wide] * np.round(apart[..., wide] / self.periods[wide])
+        return apart
+
+    def overlaps(self) -> np.ndarray:
+        """Deepest overlap of a mobile sphere with another one, the bed, or a wall at each instant;
+        negative: the narrowest gap. Shape (m)."""
+        deepest = np.full(len(self.time), -np.inf)
+        count = len(self.tag)
+        for m in range(len(self.time)):
+            x, r = self.position[m], self.radius[m]
+            ways = [np.full(1, -np.inf)]
+            others, radii = np.concatenate([x, self.bed]), np.concatenate([r, self.bed_radius])
+            gap = np.linalg.norm(self.nearest_image(x[:, None] - others[None]), axis=2)
+            gap -= r[:, None] + radii[None]
+            gap[np.arange(count), np.arange(count)] = np.inf
+            ways.append(-gap.ravel())
+            for axis in np.flatnonzero(~np.isfinite(self.periods)):
+                ways += [r - x[:, axis], x[:, axis] + r - self.box[axis]]
+            deepest[m] = max(float(np.max(w)) for w in ways)
+        return deepest
+
+    def deepest_overlap(self) -> float:
+        return float(np.max(self.overlaps()))

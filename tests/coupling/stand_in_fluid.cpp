@@ -48,6 +48,7 @@ FluidFacts facts_of(const Options& o) {
     facts.periodic[d] = o.periodic[d];
     facts.gravity[d] = o.gravity[d];
   }
+  facts.dem_steps = DemSteps{}.in_stage;
   facts.density = 1000.0;
   facts.kinematic_viscosity = 1e-3;
   facts.time_step = o.time_step;
@@ -163,7 +164,7 @@ void run(Job& job, const Options& o) {
       for (const SphereState& s : mobile) {
         const SphereLoad load = load_on(s, step, stage);
         if (is_home(s)) loads.push_back(load);
-        expected.push_back(flown(s, load, stage_length(stage, dt), o));
+        expected.push_back(flown(s, load, DemSteps{}.duration(stage, dt), o));
       }
       side.send_loads(stage, dt, step + 1 == o.steps, loads);
       std::this_thread::sleep_for(std::chrono::duration<double>(o.pressure_seconds));

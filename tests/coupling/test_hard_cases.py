@@ -9,7 +9,8 @@ from job import BIN
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "postproc"))
 
 from bedload_launcher import job as launcher_job  # noqa: E402  (needs the path above)
-from bedload_studies.hard_cases import CASES, PASS  # noqa: E402
+from bedload_studies.criteria import PASS  # noqa: E402
+from bedload_studies.hard_cases import CASES  # noqa: E402
 from bedload_studies.stability import run_cell  # noqa: E402
 
 # Case, value of its knob, Courant number, precision. What each asks is the criterion of its case.
@@ -20,7 +21,9 @@ QUICK = [
     ("spin", 2.0, 0.3, "double"),
     ("impact", 100.0, 0.3, "double"),
     ("impact", 5000.0, 0.3, "single"),
+    ("impact_1_step", 1000.0, 0.3, "double"),
     ("wedged", 0.8, 0.3, "double"),
+    ("pinned", 8.0, 0.3, "double"),
     ("cluster", 0.5, 0.3, "double"),
     ("overlap", 0.2, 0.3, "double"),
     ("corner", 4, 0.3, "double"),
