@@ -249,6 +249,7 @@ HistoryRow RunOutput<Real>::history_row() const {
           .bulk_velocity = channel.bulk_velocity(),
           .driving = driving,
           .kinetic_energy = channel.kinetic_energy() / channel.grid().volume(),
+          .dissipation = channel.viscous_loss() / channel.grid().volume(),
           .u_tau_driving =
               u_tau_of_driving(driving, settings_.reference.height, settings_.fluid.density),
           .wall_stress_lower = wall_stress[0],

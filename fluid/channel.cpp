@@ -498,6 +498,12 @@ double Channel<Real>::kinetic_energy() const {
 }
 
 template <class Real>
+double Channel<Real>::viscous_loss() const {
+  return settings_.fluid.density * settings_.fluid.kinematic_viscosity / (grid_.h * grid_.h) *
+         viscous_loss_integral(velocity_, grid_, slabs_);
+}
+
+template <class Real>
 std::array<double, 2> Channel<Real>::wall_stress() const {
   const double factor = settings_.fluid.density * settings_.fluid.kinematic_viscosity / grid_.h /
                         (double(grid_.cells[0]) * double(grid_.cells[2]));

@@ -103,6 +103,8 @@ class Channel {
   /// Slip of the projected velocity at the markers.
   Slip slip() { return boundary_ ? boundary_->slip(velocity_) : Slip{}; }
   double kinetic_energy() const;  ///< [M L^2/T^2]
+  /// What viscosity takes from it [M L^2/T^3].
+  double viscous_loss() const;
   /// Mean streamwise stress that the fluid exerts on the lower and on the upper wall [M/(L T^2)].
   std::array<double, 2> wall_stress() const;
 

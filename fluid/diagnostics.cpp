@@ -33,6 +33,38 @@ double kinetic_energy_integral(const Field<Real>& velocity, const Grid& grid,
   return 0.5 * grid.cell_volume() * all_ranks(sum, MPI_SUM, slabs.comm());
 }
 
+// -u_c (u_{i+1} - 2 u_i + u_{i-1} + the same along z) w - u_c (difference of d u/dy above and
+// below), w the height of the cell of u_c in h.
+template <class Real>
+double viscous_loss_integral(const Field<Real>& velocity, const Grid& grid,
+                             const Decomposition& slabs) {
+  double sum = 0.0;
+  for (int j = 0; j < velocity.planes(); ++j) {
+    const int global = slabs.first() + j;
+    for (int c = 0; c < 3; ++c) {
+      const bool at_face = c == 1;
+      const double height = at_face ? grid.gap(global) : grid.thickness(global);
+      const double above = 1.0 / (at_face ? grid.thickness(global + 1) : grid.gap(global));
+      const double below = 1.0 / (at_face ? grid.thickness(global) : grid.gap(global - 1));
+      for (int k = 0; k < velocity.nz(); ++k) {
+        const Real* q = velocity.row(j, k, c);
+        const Real *up = velocity.row(j + 1, k, c), *down = velocity.row(j - 1, k, c);
+        const Real *front = velocity.row(j, k + 1, c), *back = velocity.row(j, k - 1, c);
+        double row = 0.0;
+        for (int i = 0; i < velocity.nx(); ++i) {
+          const double here = double(q[i]);
+          const double level =
+              double(q[i - 1]) + double(q[i + 1]) + double(front[i]) + double(back[i]) - 4.0 * here;
+          row -= here * (height * level + above * (double(up[i]) - here) -
+                         below * (here - double(down[i])));
+        }
+        sum += row;
+      }
+    }
+  }
+  return grid.cell_volume() * all_ranks(sum, MPI_SUM, slabs.comm());
+}
+
 template <class Real>
 double largest_divergence(const Field<Real>& velocity, const Grid& grid,
                           const Decomposition& slabs) {
@@ -96,6 +128,7 @@ BadPlace find_not_finite(const Field<Real>& velocity, const Decomposition& slabs
 
 #define BEDLOAD_INSTANTIATE(Real)                                                                 \
   template double kinetic_energy_integral(const Field<Real>&, const Grid&, const Decomposition&); \
+  template double viscous_loss_integral(const Field<Real>&, const Grid&, const Decomposition&);   \
   template double largest_divergence(const Field<Real>&, const Grid&, const Decomposition&);      \
   template double streamwise_sum(const Field<Real>&, const Grid&, const Decomposition&);          \
   template double largest_local_speed(const Field<Real>&, const Grid&, const Decomposition&);     \

@@ -16,6 +16,13 @@ template <class Real>
 double kinetic_energy_integral(const Field<Real>& velocity, const Grid& grid,
                                const Decomposition& slabs);
 
+/// -sum over all cells of u . L u times their volume and h^2, L the discrete Laplacian: times
+/// nu/h^2 what viscosity takes from the kinetic energy (and resting walls with it); moving walls
+/// give.
+template <class Real>
+double viscous_loss_integral(const Field<Real>& velocity, const Grid& grid,
+                             const Decomposition& slabs);
+
 /// Largest |div u| of all cells [1/T].
 template <class Real>
 double largest_divergence(const Field<Real>& velocity, const Grid& grid,

@@ -16,7 +16,8 @@ struct HistoryRow {
   double cfl = 0.0;                ///< max over cells of (|u| + |v| + |w|) dt / h
   double bulk_velocity = 0.0;      ///< mean of u over the box [L/T]
   double driving = 0.0;            ///< mean driving force per volume along x [M/(L^2 T^2)]
-  double kinetic_energy = 0.0;     ///< of the whole box [M L^2/T^2]
+  double kinetic_energy = 0.0;     ///< per volume of the box [M/(L T^2)]
+  double dissipation = 0.0;        ///< what viscosity takes from it [M/(L T^3)]
   double u_tau_driving = 0.0;      ///< sqrt(driving times depth / density) [L/T]
   double wall_stress_lower = 0.0;  ///< mean of the lower y wall along x [M/(L T^2)]
   double wall_stress_upper = 0.0;
@@ -43,6 +44,7 @@ inline constexpr std::tuple history_columns{
     HistoryColumn<double>{"bulk_velocity", &HistoryRow::bulk_velocity},
     HistoryColumn<double>{"driving", &HistoryRow::driving},
     HistoryColumn<double>{"kinetic_energy", &HistoryRow::kinetic_energy},
+    HistoryColumn<double>{"dissipation", &HistoryRow::dissipation},
     HistoryColumn<double>{"u_tau_driving", &HistoryRow::u_tau_driving},
     HistoryColumn<double>{"wall_stress_lower", &HistoryRow::wall_stress_lower},
     HistoryColumn<double>{"wall_stress_upper", &HistoryRow::wall_stress_upper},

@@ -1,0 +1,269 @@
+"""A small bed over very many steps: mass, momentum, energy and the number of grains accounted for.
+
+Three grains over twelve fixed ones under a stream, in single precision. A run that was cut short goes
+on from its last checkpoint. The energy that the driving force brings must be found again in what
+viscosity takes, what the grains are given, and what is left in the flow; the remainder is what the
+forcing at the markers takes (half the square of each stage's change of velocity) and the error of the
+time scheme. It is a share of the driving's power that falls with the time step, so a shorter run at half the
+step stands beside the long one.
+"""
+
+import argparse
+import csv
+import math
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import h5py
+import matplotlib
+import numpy as np
+from bedload_launcher import job
+from bedload_launcher.errors import UserError
+from bedload_launcher.scenes import Scene
+from bedload_post.outputs import Run
+from bedload_post.report import image, page, table
+
+from .criteria import PASS, Check
+from .small_scenes import Ball, SmallScene
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  (the backend comes first)
+
+GRAINS, GRAIN_DENSITY, GRAVITY = 3, 1.3, 0.3
+COURANT, CELLS = 0.3, 5  # to a diameter
+ROUNDING = 2.0**-24  # of single precision
+
+
+def scene(steps: int, courant: float = COURANT, cells: int = CELLS) -> SmallScene:
+    bed = [Ball((0.5 + i, 0.5, 0.5 + k), mobile=False) for i in range(4) for k in range(3)]
+    height = 0.5 + math.sqrt(0.5) + 0.01
+    grains = [Ball((1.0 + i, height, 1.0 + i % 2), density=GRAIN_DENSITY) for i in range(GRAINS)]
+    dt = courant / cells
+    keys = {
+        "flow.driving": '"bulk_velocity"', "flow.bulk_velocity": "1.0",
+        "start.from": '"logarithmic"', "start.velocity": "1.0", "start.height": "1.0",
+        "start.disturbance": "0.2", "accuracy.precision": '"single"',
+        "output.spheres_every": "0.0", "checkpoint.wall_every": "120.0",
+    }  # fmt: skip
+    return SmallScene(
+        (4.0, 4.0, 3.0), cells, 0.005, dt, steps * dt, [*bed, *grains], gravity=GRAVITY,
+        y_ends=("no_slip", "free_slip"), keys=keys,
+    )  # fmt: skip
+
+
+def run_scene(small: SmallScene, folder: Path) -> Path:
+    """Runs `small` in `folder`, or goes on with what is there; returns its output folder."""
+    small.write(folder)
+    out = folder / "out"
+    out.mkdir(parents=True, exist_ok=True)
+    if (out / "done").is_file():
+        return out
+    begun = any(out.glob("checkpoint_????????"))
+    work = job.Job(
+        Scene(folder), small.model, job.Ranks(1, 1), out, restart=out if begun else None
+    )
+    with (folder / "screen.txt").open("a", encoding="utf-8") as screen:
+        status = subprocess.run(
+            work.command(), cwd=folder, env=job.environment(), stdin=subprocess.DEVNULL,
+            stdout=screen, stderr=subprocess.STDOUT, check=False,
+        ).returncode  # fmt: skip
+    if status != 0:
+        raise UserError(f"the run ended with status {status}; see {folder}/screen.txt.")
+    (out / "done").touch()
+    return out
+
+
+@dataclass(frozen=True)
+class Series:
+    """A run step by step: columns of history.csv (m), and the grains' power and number (m).
+
+    to_grains: power of the fluid's loads on the grains, buoyancy included; weight: that of gravity;
+    kinetic: the grains' energy at the instants 0 .. m; lift: sum of buoyancy's work, V rho g dy.
+    """
+
+    history: dict[str, np.ndarray]
+    to_grains: np.ndarray
+    by_weight: np.ndarray
+    by_buoyancy: np.ndarray
+    kinetic: np.ndarray
+    inside: bool
+    volume: float
+
+
+def read_series(out: Path) -> Series:
+    run = Run(out)
+    history = run.history()
+    with h5py.File(out / "spheres.h5") as file:
+        group = file["mobile"]
+        step = group["step"][:]
+        count = int(np.sum(step == step[0]))
+        rows = len(step) // count
+
+        def vectors(name: str) -> np.ndarray:
+            return group[name][: rows * count].reshape(rows, count, 3)
+
+        x, v, w, f, m = map(
+            vectors, ("position", "velocity", "angular_velocity", "force", "torque")
+        )
+        r = group["radius"][:count]
+    size = 4.0 / 3.0 * math.pi * r**3
+    dt = history["dt"]
+    mean_v, mean_w = 0.5 * (v[1:] + v[:-1]), 0.5 * (w[1:] + w[:-1])
+    power = np.sum(f[1:] * mean_v + m[1:] * mean_w, axis=(1, 2))
+    fall = -GRAVITY * np.diff(x[:, :, 1], axis=0) / dt[:, None]
+    energy = 0.5 * np.sum(v**2, axis=2) + 0.2 * r**2 * np.sum(w**2, axis=2)
+    return Series(
+        history, power, GRAIN_DENSITY * fall @ size, -fall @ size,
+        energy @ (GRAIN_DENSITY * size),
+        bool(np.all((x[..., 1] > 0.0) & (x[..., 1] < run.box[1]))), float(np.prod(run.box)),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Budget:
+    """A number of the account beside its limit, over all steps."""
+
+    what: str
+    number: float
+    limit: float
+    reason: str
+
+    @property
+    def closed(self) -> bool:
+        return Check(self.what, self.number, self.limit).verdict().kind == PASS
+
+
+def energy_shares(s: Series) -> dict[str, float]:
+    """Where the power of the driving force goes, as shares of it, means over the run.
+
+    What the loads do on the grains without buoyancy, which is no work of the flow, is what the flow
+    loses to them; their interior fluid's kinetic energy, which goes with them, stays the same but for
+    its first and last value.
+    """
+    h = s.history
+    time = float(np.sum(h["dt"]))
+    bulk = float(np.mean(h["bulk_velocity"]))
+    driving = float(np.sum(h["driving"] * h["dt"])) * bulk / time
+    taken = float(np.sum(h["dissipation"] * h["dt"])) / time
+    grains = float(np.sum((s.to_grains - s.by_buoyancy) * h["dt"])) / time / s.volume
+    stored = float(h["kinetic_energy"][-1] - h["kinetic_energy"][0]) / time
+    rest = driving - taken - grains - stored
+    return {name: value / driving for name, value in
+            {"viscosity": taken, "grains": grains, "stored": stored, "rest": rest}.items()}  # fmt: skip
+
+
+def account(s: Series, rest_allowed: float) -> list[Budget]:
+    h = s.history
+    cell = (s.volume / (48.0 * CELLS**3)) ** (1.0 / 3.0) / CELLS  # 48 = 4 x 4 x 3 unit cubes
+    shares = energy_shares(s)
+    time = np.sum(h["dt"])
+    given = float(np.sum((s.to_grains + s.by_weight) * h["dt"]))
+    contacts = float(s.kinetic[-1] - s.kinetic[0]) - given
+    size = float(np.sum(np.abs(s.to_grains) * h["dt"]))
+    return [
+        Budget("mass: largest |div u| h / U", float(np.max(h["max_divergence"])) * cell,
+               64 * ROUNDING, "single precision of three differences of velocities up to 2 U, and of "
+               "the transforms (log2 of their length)"),
+        Budget("mass: bulk velocity off 1", float(np.max(np.abs(h["bulk_velocity"] - 1.0))),
+               4 * ROUNDING, "the shift of the field is rounded to single precision"),
+        Budget("momentum: largest residual of a step", float(np.max(h["momentum_residual"])),
+               16 * ROUNDING, "sums in double of fields in single: three stages of a few roundings"),
+        Budget("grains lost or come", float(np.max(np.abs(h["mobile_spheres"] - GRAINS)))
+               + (0.0 if s.inside else GRAINS), 0.5, "a count"),
+        Budget("energy: driving less viscosity, grains and store, of the driving", abs(shares["rest"]),
+               rest_allowed, "what forcing at markers and the time scheme take; less than any term it "
+               "is to find missing"),
+        Budget("energy: what contacts gave the grains, over the fluid's work on them",
+               contacts / size, 1e-3, "contacts only take; a thousandth for the trapezoidal sums"),
+        Budget("time steps not made", abs(len(h["step"]) - float(h["step"][-1])) / len(h["step"])
+               + abs(time / h["time"][-1] - 1.0), 1e-6, "every step has its row"),
+    ]  # fmt: skip
+
+
+def draw(s: Series, file: Path) -> None:
+    """The account over the run, its rows thinned to means of a hundredth of it."""
+    h = s.history
+    parts = np.array_split(np.arange(len(h["step"])), 100)
+    when = [float(h["step"][p[-1]]) for p in parts]
+
+    def mean(values):
+        return np.array([np.mean(values[p]) for p in parts])
+
+    figure, axes = plt.subplots(2, 2, figsize=(10, 6), layout="constrained")
+    power = mean(h["driving"] * h["bulk_velocity"])
+    axes[0, 0].plot(when, power, label="driving")
+    axes[0, 0].plot(when, mean(h["dissipation"]), label="viscosity")
+    axes[0, 0].plot(when, mean(s.to_grains - s.by_buoyancy) / s.volume, label="to the grains")
+    axes[0, 0].set(title="power per volume, means of a hundredth of the run")
+    axes[0, 0].legend(frameon=False)
+    axes[0, 1].plot(when, [np.max(h["momentum_residual"][p]) for p in parts], label="momentum residual")
+    axes[0, 1].plot(when, [np.max(h["max_divergence"][p]) / CELLS for p in parts], label="|div u| h / U")
+    axes[0, 1].set(yscale="log", title="largest of a hundredth of the run")
+    axes[0, 1].legend(frameon=False)
+    axes[1, 0].plot(when, mean(h["kinetic_energy"]))
+    axes[1, 0].set(title="kinetic energy of the flow per volume")
+    axes[1, 1].plot(when, [s.kinetic[p[-1]] for p in parts])
+    axes[1, 1].set(title="kinetic energy of the grains")
+    for axis in axes.flat:
+        axis.set_xlabel("step")
+        axis.grid(alpha=0.25)
+    figure.savefig(file, dpi=100)
+    plt.close(figure)
+
+
+REST_ALLOWED = 0.10
+
+
+def write_report(folder: Path, found: Sequence[tuple[str, Series]]) -> bool:
+    """budgets.csv, .png and .html; whether every budget is closed."""
+    rows, body, closed = [], ["<h1>Budgets of a small bed</h1>"], True
+    for name, series in found:
+        budgets = account(series, REST_ALLOWED)
+        closed = closed and all(b.closed for b in budgets)
+        rows += [{"run": name, "closed": int(b.closed)} | asdict(b) for b in budgets]
+        shares = energy_shares(series)
+        rows += [
+            {"run": name, "closed": "", "what": f"share of the driving's power: {part}",
+             "number": value, "limit": "", "reason": ""} for part, value in shares.items()
+        ]  # fmt: skip
+    draw(found[0][1], folder / "budgets.png")
+    body.append(image(folder / "budgets.png", found[0][0]))
+    columns = ("run", "what", "number", "limit", "closed", "reason")
+    text = ([r["run"], r["what"], f"{r['number']:.3g}", f"{r['limit']:.3g}" if r["limit"] != "" else "",
+             {1: "yes", 0: "NO"}.get(r["closed"], ""), r["reason"]] for r in rows)  # fmt: skip
+    body.append(table(text, ("", "", "number", "number", "", "note"), columns))
+    (folder / "budgets.html").write_text(page("Budgets of a small bed", body), encoding="utf-8")
+    with (folder / "budgets.csv").open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    for r in rows:
+        print(f"{r['run']:28} {r['what']:72} {r['number']:10.3g} {r['limit']!s:>10} {r['closed']}")
+    return closed
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--steps", type=int, default=100_000, help="of the long run (default: 100000)")
+    parser.add_argument("--runs", type=Path, default=Path("runs/budgets"), help="where runs go")
+    parser.add_argument("--report", type=Path, help="folder of the report (default: RUNS/report)")
+
+
+def run(options: argparse.Namespace) -> int:
+    if options.steps < 100:
+        raise UserError(f"--steps is {options.steps}, but must be at least 100.")
+    report = options.report or options.runs / "report"
+    report.mkdir(parents=True, exist_ok=True)
+    short = max(options.steps // 10, 100)
+    plan = [
+        (f"{short} steps at half the step", scene(short, 0.5 * COURANT)),
+        (f"{options.steps} steps", scene(options.steps)),
+    ]
+    found = []
+    for name, small in plan:
+        folder = options.runs.resolve() / name.replace(" ", "_")
+        print(f"bedload: {name}", file=sys.stderr, flush=True)
+        found.insert(0, (name, read_series(run_scene(small, folder))))
+    return 0 if write_report(report, found) else 1
