@@ -6,23 +6,14 @@ into one rectangle per grain.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from .outputs import Samples
+from .outputs import PER_GRAIN, Motion, Samples
 
 
-@dataclass(frozen=True)
-class Frames:
+class Frames(Motion):
     """time (m), tag (n); position, velocity and angular_velocity (m, n, 3), radius (m, n)."""
-
-    time: np.ndarray
-    tag: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    angular_velocity: np.ndarray
-    radius: np.ndarray
 
     def columns(self, which: np.ndarray) -> "Frames":
         """Some of the grains, by their places."""
@@ -30,9 +21,6 @@ class Frames:
             return self
         parts = (getattr(self, name)[:, which] for name in PER_GRAIN)
         return Frames(self.time, self.tag[which], *parts)
-
-
-PER_GRAIN = ("position", "velocity", "angular_velocity", "radius")
 
 
 def grains_per_instant(time: np.ndarray, tag: np.ndarray) -> int:

@@ -20,19 +20,22 @@ class MissingOutput(Exception):
 
 
 @dataclass(frozen=True)
-class Samples:
-    """Rows of the mobile spheres' table: n samples, in the order of time.
+class Motion:
+    """Where grains are and how they move, at instants; what shape the arrays have, each kind says."""
 
-    time (n) [T], tag (n), position and velocity (n, 3) [L], [L/T], angular_velocity (n, 3) [1/T],
-    radius (n) [L].
-    """
-
-    time: np.ndarray
+    time: np.ndarray  # [T]
     tag: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    angular_velocity: np.ndarray
-    radius: np.ndarray
+    position: np.ndarray  # [L]
+    velocity: np.ndarray  # [L/T]
+    angular_velocity: np.ndarray  # [1/T]
+    radius: np.ndarray  # [L]
+
+
+PER_GRAIN = tuple(Motion.__dataclass_fields__)[2:]
+
+
+class Samples(Motion):
+    """Rows of the mobile spheres' table, in the order of time: (n), vectors (n, 3)."""
 
     def __len__(self) -> int:
         return len(self.time)
