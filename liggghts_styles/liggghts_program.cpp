@@ -2,12 +2,6 @@
 
 #include <cstdio>
 
-#ifdef BEDLOAD_VTK
-#include <vtkMPI.h>
-#include <vtkMPICommunicator.h>
-#include <vtkMPIController.h>
-#endif
-
 namespace bedload {
 
 namespace {
@@ -24,29 +18,16 @@ int end_job_unless_clean(MPI_Comm, int, void* clean, void*) {
 
 }  // namespace
 
-LiggghtsProgram::LiggghtsProgram(MPI_Comm dem) {
+LiggghtsProgram::LiggghtsProgram(MPI_Comm dem) : vtk_(dem) {
   // LIGGGHTS does not flush its last words before MPI_Abort; by lines they are never lost.
   std::setvbuf(stdout, nullptr, _IOLBF, 1 << 16);
   MPI_Comm_create_keyval(MPI_COMM_NULL_COPY_FN, end_job_unless_clean, &key_, nullptr);
   MPI_Comm_set_attr(MPI_COMM_SELF, key_, &clean_);
-
-#ifdef BEDLOAD_VTK
-  vtkMPICommunicatorOpaqueComm opaque(&dem);
-  vtkMPICommunicator* communicator = vtkMPICommunicator::New();
-  communicator->InitializeExternal(&opaque);
-  vtkMPIController* controller = vtkMPIController::New();
-  controller->SetCommunicator(communicator);
-  communicator->Delete();
-  vtkMultiProcessController::SetGlobalController(controller);
-  controller_ = controller;
-#endif
 }
 
 void LiggghtsProgram::finish() { clean_ = true; }
 
 LiggghtsProgram::~LiggghtsProgram() {
-  vtkMultiProcessController::SetGlobalController(nullptr);
-  if (controller_ != nullptr) static_cast<vtkMPIController*>(controller_)->Delete();
   int finalized = 0;
   MPI_Finalized(&finalized);
   if (finalized == 0) {

@@ -2,16 +2,14 @@
 
 #include <mpi.h>
 
+#include "liggghts_styles/vtk_communicator.hpp"
+
 namespace bedload {
 
 /// What any program around LIGGGHTS needs besides LIGGGHTS itself. Make one after MPI_Init and keep
-/// it until LIGGGHTS is gone.
-///
-/// - When LIGGGHTS stops on an error it calls MPI_Finalize and exit, and every partner in the MPI
-/// job
-///   would wait for ever. Here the whole job ends with code 1 unless finish() was called.
-/// - LIGGGHTS' VTK dumps make a controller over MPI_COMM_WORLD; here VTK is given `dem`, the
-///   communicator that LIGGGHTS runs on.
+/// it until LIGGGHTS is gone. When LIGGGHTS stops on an error it calls MPI_Finalize and exit, and
+/// every partner in the MPI job would wait for ever; here the whole job ends with code 1 unless
+/// finish() was called.
 class LiggghtsProgram {
  public:
   /// @param dem communicator of all LIGGGHTS ranks
@@ -26,7 +24,7 @@ class LiggghtsProgram {
  private:
   int key_ = MPI_KEYVAL_INVALID;
   bool clean_ = false;
-  void* controller_ = nullptr;
+  VtkCommunicator vtk_;
 };
 
 }  // namespace bedload

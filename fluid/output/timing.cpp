@@ -58,13 +58,4 @@ void write_timing(const std::string& folder, const std::vector<TimingRow>& rows)
   write_text_file(folder + "/timing.csv", text);
 }
 
-void write_timeline(const std::string& folder, const std::string& program, const Timing& timing,
-                    const std::vector<TimelineEntry>& entries) {
-  std::string text = "program,part,start,end\n";
-  for (const TimelineEntry& entry : entries)
-    text += fmt::format("{},{},{:.9f},{:.9f}\n", program, timing.name(entry.phase), entry.start,
-                        entry.end);
-  write_text_file(folder + "/timeline.csv", text);
-}
-
 }  // namespace bedload

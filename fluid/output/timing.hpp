@@ -100,9 +100,4 @@ std::string timing_table(const std::vector<TimingRow>& rows);
 /// folder/timing.csv: part,seconds_mean_over_ranks,seconds_max,share,calls. First rank.
 void write_timing(const std::string& folder, const std::vector<TimingRow>& rows);
 
-/// folder/timeline.csv: program,part,start,end of one recorded step. First rank. `program` tells
-/// the two sides of a coupled run apart.
-void write_timeline(const std::string& folder, const std::string& program, const Timing& timing,
-                    const std::vector<TimelineEntry>& entries);
-
 }  // namespace bedload

@@ -128,12 +128,9 @@ TEST(OutputTiming, AddsUpPhasesOverRanks) {
   const Folder folder;
   if (world_rank() == 0) {
     write_timing(folder.name(), rows);
-    write_timeline(folder.name(), "fluid", timing, entries);
     EXPECT_THAT(
         content(folder / "timing.csv"),
         testing::StartsWith("part,seconds_mean_over_ranks,seconds_max,share,calls\nsweep,"));
-    EXPECT_THAT(content(folder / "timeline.csv"),
-                testing::StartsWith("program,part,start,end\nfluid,sweep,"));
   }
   timing.restart();
   EXPECT_EQ(timing.reduce(MPI_COMM_WORLD)[0].calls, 0);
