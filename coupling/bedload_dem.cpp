@@ -5,6 +5,8 @@
 #include <csignal>
 #include <cstdio>
 #include <optional>
+#include <span>
+#include <string>
 #include <string_view>
 
 #include "coupling/attach.hpp"
@@ -80,18 +82,28 @@ class LastWord {
   bool silent_ = false;
 };
 
-/// Whether only the help was wanted. LIGGGHTS writes its own options with one dash.
-bool print_help_of_styles(const Job& job, int argc, char** argv) {
-  const bool wanted = std::any_of(argv + 1, argv + argc, [](std::string_view word) {
-    return word == "--help-styles" || word == "-help-styles";
-  });
-  if (!wanted || !job.alone()) return false;
-  if (job.rank() == 0) std::printf("%s%s", describe_styles().c_str(), describe_coupling().c_str());
-  return true;
+constexpr const char* help =
+    "bedload-dem: LIGGGHTS with bedload's contact models, lubrication and coupling to a fluid.\n"
+    "  bedload-dem -in SCRIPT [-var NAME VALUE]...   any LIGGGHTS script, without a fluid\n"
+    "  mpirun -np N bedload-fluid fluid.toml : -np M bedload-dem -in in.liggghts -var model actm\n"
+    "\n"
+    "  --help-styles   every keyword of our styles\n"
+    "  -help           LIGGGHTS' own options and styles\n";
+
+/// Whether only help was wanted, which is printed then.
+bool print_help(const Job& job, int argc, char** argv) {
+  if (!job.alone()) return false;
+  for (const std::string_view word : std::span(argv + 1, argv + argc)) {
+    if (word != "--help" && word != "--help-styles") continue;
+    const std::string text = word == "--help" ? help : describe_styles() + describe_coupling();
+    if (job.rank() == 0) std::fputs(text.c_str(), stdout);
+    return true;
+  }
+  return false;
 }
 
 int run_script(Job& job, int argc, char** argv) {
-  if (print_help_of_styles(job, argc, argv)) return 0;
+  if (print_help(job, argc, argv)) return 0;
   DemSide side(job);
   if (job.alone()) {
     handle_signals_as_liggghts_does();

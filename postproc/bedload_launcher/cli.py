@@ -162,6 +162,8 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
         prog="bedload",
         description="Grains on the bed of a turbulent open channel: installs what is missing, "
         "builds, and then does one of these.",
+        epilog="Begin with `./bedload run`; README.md shows the way to a scene of one's own, "
+        "inputs/KEYS.md all that a scene's fluid.toml may say.",
     )
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
 

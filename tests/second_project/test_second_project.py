@@ -103,4 +103,5 @@ def test_what_is_no_plugin(prefix, tmp_path, what, words):
 
 def test_installed_program_runs_without_its_build_folder(prefix, tmp_path):
     assert "time.step" in say(prefix / "bin" / "bedload-fluid", "--help-keys", folder=tmp_path)
+    assert "--help-styles" in say(prefix / "bin" / "bedload-dem", "--help", folder=tmp_path)
     assert "plugin load FILE" in say(prefix / "bin" / "bedload-dem", "--help-styles", folder=tmp_path)
