@@ -92,3 +92,19 @@ def test_the_readme_s_way_to_read_a_run(done):
         stdout=subprocess.PIPE, check=True,
     ).stdout  # fmt: skip
     assert "last 17.0" in printed and "largest CFL number 0.6" in printed
+
+
+def test_the_batch_job_starts_and_goes_on(done):
+    _, scene = done
+    for end in (0.5, 1.0):
+        batch = ["bash", str(tables.ROOT / "inputs" / "job.slurm"), "--set", f"time.end={end}"]
+        subprocess.run(
+            batch, cwd=scene, check=True, timeout=300, stdout=subprocess.DEVNULL,
+            env=os.environ | {
+                "PATH": f"{BIN}:/usr/bin:/bin", "SLURM_NTASKS": "1", "SLURM_JOB_NAME": "mine",
+                "MODEL": "actm", "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+            },
+        )  # fmt: skip
+    history = np.genfromtxt(scene / "runs" / "mine-actm" / "history.csv", delimiter=",", names=True)
+    assert history["time"][-1] == pytest.approx(1.0)
+    assert list(history["step"]) == sorted(set(history["step"]))  # one record, no row twice
