@@ -31,6 +31,10 @@ def test_pages_of_styles():
             assert tables.keyword_table(words) in page.read_text(encoding="utf-8"), (page, REPAIR)
 
 
+def test_page_of_keys():
+    assert tables.KEYS.read_text(encoding="utf-8") == tables.key_page(tables.keys(BIN)), REPAIR
+
+
 def test_every_page_is_of_a_style():
     pages = {tables.page_of(style) for style in tables.styles(BIN)}
     assert set(tables.STYLES.glob("*.md")) <= pages
