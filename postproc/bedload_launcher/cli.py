@@ -177,7 +177,11 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
         "scene", nargs="?", default=DEFAULT, metavar="SCENE",
         help=f"a name from `bedload scenes`, or a folder with a fluid.toml (default: {DEFAULT})",
     )  # fmt: skip
-    sub.add_argument("--model", help="collision model: a file of inputs/models, without its ending")
+    sub.add_argument(
+        "--model",
+        help="collision model: a file of inputs/models, or of the scene's own folder models, "
+        "without its ending",
+    )
     sub.add_argument(
         "--accuracy", metavar="PRESET",
         help="; ".join(f"{name}: {p.sentence}" for name, p in accuracy.PRESETS.items()),
