@@ -110,9 +110,11 @@ def from_trials(cells: tuple[int, int, int], trials: list[Trial]) -> Estimate:
     every = settings["output"]["fields_every"]
     writings = 1 + (math.floor(time["end"] / every) if every > 0 else 0)
     larger = trials[0]
+    # The step that time.cfl allows goes with the cell.
+    step = min(time["step"], larger.cfl_step * larger.cells[0] / cells[0])
     return Estimate(
         cells,
-        math.ceil(time["end"] / time["step"] - 1e-6),
+        math.ceil(time["end"] / step - 1e-6),
         sum(s * scale(part, cells, larger.cells) for part, s in larger.step_parts.items()),
         writings * larger.output_seconds * volume / volumes[0],
         line_through(volumes, [t.fluid_bytes for t in trials], volume),

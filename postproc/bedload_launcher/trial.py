@@ -1,6 +1,7 @@
 """A few steps of a scene in a folder that is thrown away: time per step by part, and peak memory."""
 
 import csv
+import math
 import subprocess
 import tempfile
 import tomllib
@@ -20,7 +21,8 @@ class Trial:
     """What a trial measured.
 
     settings: every value in force; step_parts: seconds per step by part; output_seconds: all that the
-    trial wrote, the last state included; fluid_bytes, dem_bytes: peak memory summed over the ranks.
+    trial wrote, the last state included; fluid_bytes, dem_bytes: peak memory summed over the ranks;
+    cfl_step: length of the step that time.cfl allows the last flow on the trial's grid.
     """
 
     settings: dict
@@ -30,6 +32,7 @@ class Trial:
     fluid_bytes: int
     dem_bytes: int
     answer: object = None  # what `read` of run_trial made of the output folder
+    cfl_step: float = math.inf
 
     @property
     def cells(self) -> tuple[int, int, int]:
@@ -67,11 +70,19 @@ def run_trial(
             seconds = {
                 row["part"]: float(row["seconds_mean_over_ranks"]) for row in csv.DictReader(stream)
             }
+        with (out / "history.csv").open(newline="", encoding="utf-8") as stream:
+            last = list(csv.DictReader(stream))[-1]
         answer = read(out)
     counted = work.steps - warm_up
     return Trial(
         settings, counted,
         {part: s / counted for part, s in seconds.items() if part not in NOT_A_STEP},
         seconds.get("output", 0.0), memory.bytes_of("bedload-fluid"),
-        memory.bytes_of("bedload-dem"), answer,
+        memory.bytes_of("bedload-dem"), answer, allowed_step(settings, last),
     )  # fmt: skip
+
+
+def allowed_step(settings: dict, row: dict[str, str]) -> float:
+    """Length of the step with which the flow of a row of history.csv has the CFL number time.cfl."""
+    wanted, found = settings["time"]["cfl"], float(row["cfl"])
+    return float(row["dt"]) * wanted / found if wanted > 0.0 and found > 0.0 else math.inf

@@ -23,6 +23,7 @@ from bedload_launcher.trial import Trial, run_trial
 from bedload_post.outputs import MissingOutput, Run
 from bedload_post.summary import mean_grain_velocity
 
+
 @dataclass(frozen=True)
 class Variant:
     """One effect turned: values of fluid.toml, another model, or no lubrication."""
@@ -45,6 +46,8 @@ def read_answer(out: Path) -> Answer:
     run = Run(out)
     try:
         grains = mean_grain_velocity(run)
+        if len({float(t) for time, _ in run.instants() for t in time}) < 3:
+            grains = float("nan")  # a run that hardly samples its grains knows nothing of them
     except MissingOutput:
         grains = float("nan")
     history = run.history()
@@ -87,7 +90,8 @@ def without_lubrication(scene: Scene, folder: Path) -> Scene:
     copy = folder / "scene"
     shutil.copytree(scene.folder, copy)
     models = folder / "models"
-    shutil.copytree(INPUTS / "models", models)
+    for shared in ("models", "beds"):
+        shutil.copytree(INPUTS / shared, folder / shared)
     for file in models.glob("*.liggghts"):
         lines = file.read_text(encoding="utf-8").splitlines()
         kept = [line for line in lines if not line.startswith("fix lubrication")]

@@ -1,11 +1,12 @@
 """The estimate of a scene's cost: grids of the trials, scaling by part, memory as a line."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from bedload_launcher import estimate
 from bedload_launcher.errors import UserError
-from bedload_launcher.trial import Trial
+from bedload_launcher.trial import Trial, allowed_step
 
 
 def trial(cells, parts, fluid_bytes=0, output=0.0):
@@ -70,6 +71,15 @@ def test_repeats_give_the_least_time_and_the_most_memory():
     )
     assert best.step_parts == {"a": 1.0, "b": 1.0}
     assert best.fluid_bytes == 9
+
+
+def test_a_step_that_follows_the_flow_goes_with_the_cell():
+    row = {"dt": "0.05", "cfl": "0.8"}
+    assert allowed_step({"time": {"cfl": 0.0}}, row) == math.inf
+    assert allowed_step({"time": {"cfl": 1.6}}, row) == pytest.approx(0.1)
+    coarse = replace(trial((64, 64, 64), {}), cfl_step=0.15)
+    assert estimate.from_trials((64, 64, 64), [coarse]).steps == 100  # time.step is the longest
+    assert estimate.from_trials((128, 128, 128), [coarse]).steps == math.ceil(10 / 0.075)
 
 
 def test_durations_and_memory_read_well():
