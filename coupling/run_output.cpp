@@ -250,6 +250,8 @@ HistoryRow RunOutput<Real>::history_row() const {
           .driving = driving,
           .kinetic_energy = channel.kinetic_energy() / channel.grid().volume(),
           .dissipation = channel.viscous_loss() / channel.grid().volume(),
+          .forcing_work = simulation_.energy_work().forcing,
+          .projection_work = simulation_.energy_work().projection,
           .u_tau_driving =
               u_tau_of_driving(driving, settings_.reference.height, settings_.fluid.density),
           .wall_stress_lower = wall_stress[0],

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "coupling/stages.hpp"
 #include "fluid/block_map.hpp"
@@ -51,7 +52,10 @@ void Simulation<Real>::make_step(bool last) {
       continue;
     }
     timing_.measure(phases_.predictor, [&] { channel_.predict(stage); });
+    double other = 0.0;
+    follow_energy(other);
     loads_ = timing_.measure(phases_.markers, [&] { return channel_.force_spheres(stage); });
+    follow_energy(work_.forcing);
     add_to_mean(stage);
     const bool exchange = partner_ && partner_->dem_steps().exchange_in(stage);
     if (exchange)
@@ -59,6 +63,7 @@ void Simulation<Real>::make_step(bool last) {
         partner_->send_loads(stage, channel_.time_step(), last, loads_to_send());
       });
     timing_.measure(phases_.pressure, [&] { channel_.project(stage); });
+    follow_energy(work_.projection);
     if (!exchange) continue;
     motion_ = timing_.measure(phases_.waiting, [&] { return partner_->receive_motion(); });
     timing_.measure(phases_.markers, [&] { move_spheres(); });
@@ -74,6 +79,15 @@ template <class Real>
 void Simulation<Real>::begin_step() {
   mean_loads_.clear();
   grain_intervals_.clear();
+  if (channel_.settings().output.energy_work) work_ = {0.0, 0.0};
+}
+
+// work += (E - E before) / (V dt), the part of the stage that lies between having done it
+template <class Real>
+void Simulation<Real>::follow_energy(double& work) {
+  if (!channel_.settings().output.energy_work) return;
+  const double before = std::exchange(energy_, channel_.kinetic_energy());
+  work += (energy_ - before) / (channel_.grid().volume() * channel_.time_step());
 }
 
 template <class Real>

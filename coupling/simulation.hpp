@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <span>
 #include <vector>
@@ -14,6 +15,13 @@ namespace bedload {
 /// Motion of the grains in LIGGGHTS behind one exchange, by the clock that both programs read [s].
 struct GrainInterval {
   double began, ended;
+};
+
+/// Mean power per volume of the box in the last step [M/(L T^3)]; not a number unless
+/// output.energy_work asks for it.
+struct EnergyWork {
+  double forcing = std::numeric_limits<double>::quiet_NaN();
+  double projection = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// The flow, its spheres and, where some of them move, LIGGGHTS at the other end of the exchange:
@@ -48,6 +56,7 @@ class Simulation {
   /// Of the last step: the larger of what the fluid's streamwise momentum and what the exchange
   /// with LIGGGHTS fails to balance by, each over its own size.
   double momentum_residual() const;
+  const EnergyWork& energy_work() const { return work_; }
   /// Finished collisions so far; -1: nobody counts.
   std::int64_t collisions() const { return account_.collisions; }
 
@@ -57,6 +66,7 @@ class Simulation {
   void add_to_mean(int stage);
   std::vector<SphereLoad> loads_to_send() const;
   void take_note();
+  void follow_energy(double& work);
 
   Channel<Real> channel_;
   FluidSide* partner_;
@@ -74,6 +84,8 @@ class Simulation {
   std::map<std::int64_t, SphereLoad> mean_loads_;  ///< by tag, of the last step so far
   double grain_seconds_ = 0.0;
   StepAccount account_;
+  EnergyWork work_;
+  double energy_ = 0.0;  ///< of the flow after the last part of a stage, where it is followed
 };
 
 }  // namespace bedload

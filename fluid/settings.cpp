@@ -62,6 +62,7 @@ const Words<Diffusion> diffusion_words{{"auto", Diffusion::automatic},
                                        {"explicit", Diffusion::explicit_},
                                        {"implicit", Diffusion::implicit}};
 const Words<Exchange> exchange_words{{"stage", Exchange::stage}, {"step", Exchange::step}};
+const Words<bool> on_off_words{{"on", true}, {"off", false}};
 const Words<std::string> precision_words{{"double", "double"}, {"single", "single"}};
 
 /// The one place where keys are declared: name, variable (its initialiser is the default), unit,
@@ -170,6 +171,10 @@ void declare_keys(Settings& s, Visitor& key) {
              "Time between samples of the mobile spheres; 0: every step.");
   key.integer("output.history_every", s.output.history_every, "-", Range{1, 1 << 30},
               "Steps between rows of history.csv.");
+  key.word(
+      "output.energy_work", s.output.energy_work, on_off_words,
+      "Whether history.csv tells what forcing at the markers and projection do on the flow; costs "
+      "nine sums over the box in a step.");
   key.integer("statistics.every", s.statistics.every, "-", Range{0, 1 << 30},
               "Steps between samples of the flow statistics; 0: none are taken.");
   key.number("statistics.from", s.statistics.from, "T", not_negative, Need::optional,

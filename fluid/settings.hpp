@@ -105,6 +105,7 @@ struct Settings {
     double fields_every = 0.0;
     double spheres_every = 0.0;
     int history_every = 10;
+    bool energy_work = false;
   } output;
   struct Statistics {
     int every = 0;

@@ -18,6 +18,8 @@ struct HistoryRow {
   double driving = 0.0;            ///< mean driving force per volume along x [M/(L^2 T^2)]
   double kinetic_energy = 0.0;     ///< per volume of the box [M/(L T^2)]
   double dissipation = 0.0;        ///< what viscosity takes from it [M/(L T^3)]
+  double forcing_work = 0.0;       ///< of the markers on the flow, last step [M/(L T^3)]
+  double projection_work = 0.0;    ///< of projection and driving, last step [M/(L T^3)]
   double u_tau_driving = 0.0;      ///< sqrt(driving times depth / density) [L/T]
   double wall_stress_lower = 0.0;  ///< mean of the lower y wall along x [M/(L T^2)]
   double wall_stress_upper = 0.0;
@@ -45,6 +47,8 @@ inline constexpr std::tuple history_columns{
     HistoryColumn<double>{"driving", &HistoryRow::driving},
     HistoryColumn<double>{"kinetic_energy", &HistoryRow::kinetic_energy},
     HistoryColumn<double>{"dissipation", &HistoryRow::dissipation},
+    HistoryColumn<double>{"forcing_work", &HistoryRow::forcing_work},
+    HistoryColumn<double>{"projection_work", &HistoryRow::projection_work},
     HistoryColumn<double>{"u_tau_driving", &HistoryRow::u_tau_driving},
     HistoryColumn<double>{"wall_stress_lower", &HistoryRow::wall_stress_lower},
     HistoryColumn<double>{"wall_stress_upper", &HistoryRow::wall_stress_upper},
