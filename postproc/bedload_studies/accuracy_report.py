@@ -14,18 +14,20 @@ PRESET_COLOUR, BEST, OTHER = "#c8553d", "#2a6f97", "#9aa5b1"
 
 def draw_case(case: str, points, best: set[str], file: Path) -> None:
     """All points labelled; the front of best choices as a line; presets in red."""
-    figure, axis = plt.subplots(figsize=(7.5, 5), layout="constrained")
+    figure, axis = plt.subplots(figsize=(9, 7), layout="constrained")
     line = sorted((p for p in points if p.label in best), key=lambda p: p.core_seconds)
     axis.plot(
         [p.core_seconds for p in line], [100 * abs(p.error) for p in line], "-", color=BEST,
         label="best choices", zorder=1,
     )  # fmt: skip
-    for p in points:
+    # Names alternate between the sides, upwards, so that neighbours do not cover each other.
+    for n, p in enumerate(sorted(points, key=lambda p: abs(p.error))):
         colour = PRESET_COLOUR if p.knob == "preset" else BEST if p.label in best else OTHER
         axis.plot(p.core_seconds, 100 * abs(p.error), "o", color=colour, ms=6, zorder=2)
         axis.annotate(
-            p.label, (p.core_seconds, 100 * abs(p.error)), xytext=(4, 3),
-            textcoords="offset points", fontsize=7, color=colour,
+            p.label, (p.core_seconds, 100 * abs(p.error)), xytext=(-5, -2) if n % 2 else (5, -2),
+            ha="right" if n % 2 else "left",
+            textcoords="offset points", fontsize=6.5, color=colour,
         )  # fmt: skip
     axis.set(
         xscale="log", yscale="log", xlabel="core-seconds", ylabel="|error| / %",
