@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include "coupling/effects.hpp"
 #include "fluid/bandwidth.hpp"
@@ -123,7 +125,7 @@ void RunOutput<Real>::after_step() {
   if (statistics_) simulation_.timing().measure(statistics_phase_, [&] { take_statistics(); });
   simulation_.timing().measure(phase_, [&] {
     const Channel<Real>& channel = simulation_.channel();
-    worst_residual_ = std::max(worst_residual_, simulation_.momentum_residual());
+    worst_residual_ = std::fmax(worst_residual_, simulation_.momentum_residual());
     boundary_.loops_sum += channel.forcing_loops();
     ++boundary_.steps;
     if (channel.step() % settings_.output.history_every == 0) write_history();
@@ -240,6 +242,7 @@ template <class Real>
 HistoryRow RunOutput<Real>::history_row() const {
   Channel<Real>& channel = simulation_.channel();
   const Slip slip = channel.slip();
+  const bool no_residual = std::isnan(simulation_.momentum_residual());
   const double driving = channel.driving_force();
   const std::array<double, 2> wall_stress = channel.wall_stress();
   return {.step = channel.step(),
@@ -261,7 +264,8 @@ HistoryRow RunOutput<Real>::history_row() const {
           .slip_rms = slip.rms,
           .forcing_loops = channel.forcing_loops(),
           .mobile_spheres = simulation_.mobile_count(),
-          .momentum_residual = worst_residual_};
+          .momentum_residual =
+              no_residual ? std::numeric_limits<double>::quiet_NaN() : worst_residual_};
 }
 
 template <class Real>

@@ -150,7 +150,9 @@ std::vector<SphereLoad> Simulation<Real>::gather_mean_loads() const {
 
 template <class Real>
 double Simulation<Real>::momentum_residual() const {
-  return std::max(std::abs(channel_.momentum_residual()), account_.momentum_residual);
+  const double fluid = std::abs(channel_.momentum_residual());
+  if (std::isnan(fluid)) return partner_ ? account_.momentum_residual : fluid;
+  return std::max(fluid, account_.momentum_residual);
 }
 
 template class Simulation<float>;

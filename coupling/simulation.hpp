@@ -54,7 +54,8 @@ class Simulation {
   std::vector<SphereLoad> gather_mean_loads() const;
   std::int64_t mobile_count() const { return account_.mobile; }
   /// Of the last step: the larger of what the fluid's streamwise momentum and what the exchange
-  /// with LIGGGHTS fails to balance by, each over its own size.
+  /// with LIGGGHTS fails to balance by, each over its own size. Between x walls the fluid's is not
+  /// followed: that of the exchange alone, or NaN.
   double momentum_residual() const;
   const EnergyWork& energy_work() const { return work_; }
   /// Finished collisions so far; -1: nobody counts.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -95,8 +96,10 @@ class Channel {
   double bulk_velocity() const { return streamwise_sum_ / grid_.cubes(); }
   /// What the streamwise momentum of the box changed by in the last step beyond what driving, walls
   /// and spheres gave it, over the box's momentum scale: zero to round-off. Not followed between x
-  /// walls, whose pressure would belong to it (0).
-  double momentum_residual() const { return momentum_residual_; }
+  /// walls, whose pressure would belong to it (NaN).
+  double momentum_residual() const {
+    return grid_.periodic(0) ? momentum_residual_ : std::numeric_limits<double>::quiet_NaN();
+  }
 
   /// Computed on request. Collective.
   double max_divergence() const;  ///< [1/T]

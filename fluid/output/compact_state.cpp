@@ -38,9 +38,17 @@ std::vector<double> coarsened(const StateReader& state, int c, int m, const Shar
   // A fine cell counts when it lies on the coarse face: all along the two tangential directions,
   // the last of m along its own.
   const auto counts = [&](int d, int n) { return d != c || n % m == m - 1; };
-  const double weight = 1.0 / (m * m);
+  // Means over areas: on stretched y the planes that are joined differ in height.
+  const std::vector<double>& faces = state.header().y_faces;
+  const auto weight_of = [&](int j) {
+    if (c == 1 || faces.empty()) return 1.0 / (m * m);
+    const auto below = static_cast<std::size_t>(j), first = static_cast<std::size_t>(j / m * m);
+    return (faces[below + 1] - faces[below]) /
+           (m * (faces[first + static_cast<std::size_t>(m)] - faces[first]));
+  };
   for (int j = share.first * m; j < (share.first + share.planes) * m; ++j) {
     if (!counts(1, j)) continue;
+    const double weight = weight_of(j);
     state.read_rows(c, j, 0, nz, fine.data());
     for (int k = 0; k < nz; ++k) {
       if (!counts(2, k)) continue;
@@ -68,6 +76,12 @@ void write_compact_state(const std::string& state_path, const std::string& compa
                                     header.cells[d], "xyz"[d], how.every));
   });
   for (int& n : header.cells) n /= how.every;
+  if (!header.y_faces.empty()) {
+    std::vector<double> kept;
+    for (std::size_t j = 0; j < header.y_faces.size(); j += static_cast<std::size_t>(how.every))
+      kept.push_back(header.y_faces[j]);
+    header.y_faces = kept;
+  }
   const Share share = share_of(header.cells[1], comm);
   const auto size = [](int n) { return static_cast<std::uint64_t>(n); };
   const Hyperslab slab{{size(header.cells[1]), size(header.cells[2]), size(header.cells[0])},

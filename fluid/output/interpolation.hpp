@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <vector>
 
 namespace bedload {
 
@@ -22,18 +23,44 @@ struct LinearStencil {
 enum class Continuation { periodic, mirrored, opposed, on_wall };
 
 /// Where the stored points of one direction lie, q[n] at (n + offset) h with n = 0 .. points - 1:
-/// offset 1/2 for cell centres, 1 for upper faces.
+/// offset 1/2 for cell centres, 1 for upper faces. On stretched y `at` has the places instead, from
+/// the one that stands beyond the lower end (n = -1) to the one beyond the upper end.
 struct PointRow {
   int points;
   double h;
   double offset;
   std::array<Continuation, 2> ends;
+  std::vector<double> at{};
+
+  /// n of a stored point, fractions in between.
+  double index_of(double position) const {
+    if (at.empty()) return position / h - offset;
+    const auto above = std::upper_bound(at.begin() + 1, at.end() - 1, position);
+    return static_cast<double>(above - at.begin()) - 2.0 +
+           (position - *(above - 1)) / (*above - *(above - 1));
+  }
 };
+
+/// The row of stretched points with these faces, from wall to wall: cell centres, or upper faces.
+inline PointRow stretched_points(const std::vector<double>& faces, bool on_faces,
+                                 const std::array<Continuation, 2>& ends) {
+  PointRow row{static_cast<int>(faces.size()) - 1, 0.0, 0.0, ends, {}};
+  const std::size_t n = faces.size() - 1;
+  if (on_faces) {
+    row.at = faces;
+    row.at.push_back(2.0 * faces[n] - faces[n - 1]);
+    return row;
+  }
+  for (std::size_t j = 0; j < n; ++j) row.at.push_back(0.5 * (faces[j] + faces[j + 1]));
+  row.at.insert(row.at.begin(), 2.0 * faces.front() - row.at.front());
+  row.at.push_back(2.0 * faces.back() - row.at.back());
+  return row;
+}
 
 /// The stencil that gives q at `position` (0 <= position <= points h). Second order; exact where
 /// `position` is a stored point.
 inline LinearStencil linear_stencil(const PointRow& row, double position) {
-  const double scaled = position / row.h - row.offset;
+  const double scaled = row.index_of(position);
   int below = static_cast<int>(std::floor(scaled));
   double fraction = scaled - below;
   constexpr double on_point = 1e-9;  // of a cell: round-off of two grids that meet

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -44,31 +45,43 @@ Real* row_of(Field<Real>& velocity, Field<Real>& pressure, int c, int j, int k) 
   return c == pressure_index ? pressure.row(j, k) : velocity.row(j, k, c);
 }
 
-/// The points of component c (3: pressure) along direction d of a grid with these cells.
-PointRow points(const Grid& walls_of, const std::array<int, 3>& cells, int c, int d) {
+/// The points of component c (3: pressure) along direction d of a stored grid, between the walls
+/// that the run has now.
+PointRow points(const Grid& run, const StateHeader& stored, int c, int d) {
   const auto direction = static_cast<std::size_t>(d);
-  PointRow row{
-      cells[direction], walls_of.length[direction] / cells[direction], c == d ? 1.0 : 0.5, {}};
+  std::array<Continuation, 2> ends{};
   for (std::size_t end = 0; end < 2; ++end) {
-    const Wall wall = walls_of.walls[direction][end];
+    const Wall wall = run.walls[direction][end];
     if (wall == Wall::periodic)
-      row.ends[end] = Continuation::periodic;
+      ends[end] = Continuation::periodic;
     else if (c == d)
-      row.ends[end] = Continuation::on_wall;
+      ends[end] = Continuation::on_wall;
     else
-      row.ends[end] = c != pressure_index && wall == Wall::no_slip ? Continuation::opposed
-                                                                   : Continuation::mirrored;
+      ends[end] = c != pressure_index && wall == Wall::no_slip ? Continuation::opposed
+                                                               : Continuation::mirrored;
   }
-  return row;
+  if (d == 1 && !stored.y_faces.empty()) return stretched_points(stored.y_faces, c == d, ends);
+  const int cells = stored.cells[direction];
+  return {cells, run.length[direction] / cells, c == d ? 1.0 : 0.5, ends, {}};
 }
 
-std::vector<LinearStencil> stencils(const Grid& grid, const std::array<int, 3>& from_cells, int c,
-                                    int d, int first, int count) {
-  const PointRow row = points(grid, from_cells, c, d);
+std::vector<LinearStencil> stencils(const Grid& grid, const StateHeader& stored, int c, int d,
+                                    int first, int count) {
+  const PointRow row = points(grid, stored, c, d);
+  const auto place = [&](int n) {
+    if (d == 1) return c == d ? grid.y_face(n) : grid.y_centre(n);
+    return c == d ? grid.face(n) : grid.centre(n);
+  };
   std::vector<LinearStencil> list;
-  for (int n = first; n < first + count; ++n)
-    list.push_back(linear_stencil(row, c == d ? grid.face(n) : grid.centre(n)));
+  for (int n = first; n < first + count; ++n) list.push_back(linear_stencil(row, place(n)));
   return list;
+}
+
+/// Whether a state has the cells of a grid; faces that differ by round-off are the same.
+bool same_cells(const StateHeader& stored, const Grid& grid) {
+  const auto close = [&](double a, double b) { return std::abs(a - b) < 1e-9 * grid.length[1]; };
+  return stored.cells == grid.cells && std::equal(stored.y_faces.begin(), stored.y_faces.end(),
+                                                  grid.y_faces.begin(), grid.y_faces.end(), close);
 }
 
 /// What the walls of direction d contribute to component c (3: pressure, which they leave alone).
@@ -86,9 +99,9 @@ void interpolate(const StateReader& state, const Grid& grid, const Decomposition
                  Field<Real>& velocity, Field<Real>& pressure) {
   const auto& cells = state.header().cells;
   const auto nx = static_cast<std::size_t>(cells[0]), nz = static_cast<std::size_t>(cells[2]);
-  const auto along_x = stencils(grid, cells, c, 0, 0, grid.cells[0]);
-  const auto along_y = stencils(grid, cells, c, 1, slabs.first(), slabs.planes());
-  const auto along_z = stencils(grid, cells, c, 2, slabs.first_row(), slabs.rows());
+  const auto along_x = stencils(grid, state.header(), c, 0, 0, grid.cells[0]);
+  const auto along_y = stencils(grid, state.header(), c, 1, slabs.first(), slabs.planes());
+  const auto along_z = stencils(grid, state.header(), c, 2, slabs.first_row(), slabs.rows());
   std::map<int, std::vector<double>> stored;  // planes in use, two at a time
   const auto plane = [&](int j) -> const std::vector<double>& {
     const auto [entry, is_new] = stored.try_emplace(j);
@@ -174,6 +187,7 @@ void write_state(const std::string& path, const FlowView<Real>& flow, const Stat
                                    {.cells = flow.grid.cells,
                                     .length = flow.grid.length,
                                     .walls = flow.grid.walls,
+                                    .y_faces = flow.grid.y_faces,
                                     .time = flow.time,
                                     .step = flow.step,
                                     .driving = flow.driving},
@@ -201,14 +215,9 @@ template <class Real>
 StateRead read_state(const std::string& path, const Grid& grid, const Decomposition& slabs,
                      Field<Real>& velocity, Field<Real>& pressure) {
   const StateReader state(path, slabs.comm());
-  StateRead result{state.header(), state.header().cells != grid.cells, {}};
+  StateRead result{state.header(), !same_cells(state.header(), grid), {}};
   together(slabs.comm(), [&] {
     check_box(path, state.header(), grid);
-    if (result.interpolated && grid.stretched())
-      throw UserError(fmt::format(
-          "{}: the state has other cells than the run, but a stretched y takes over states of its "
-          "own grid only.",
-          path));
     for (int c = 0; c < 4; ++c) {
       if (!state.has(c))
         pressure.fill(Real{});

@@ -27,6 +27,11 @@ std::unique_ptr<Hdf5File> create_state(const std::string& path, const StateHeade
   file->set_attribute("/", "time", header.time);
   file->set_attribute("/", "step", header.step);
   file->set_attribute("/", "driving", header.driving);
+  if (const std::uint64_t n = header.y_faces.size(); n > 0) {
+    int rank = 0;
+    MPI_Comm_rank(comm, &rank);
+    file->write("y_faces", {{n}, {0}, {rank == 0 ? n : 0}}, header.y_faces.data());
+  }
   return file;
 }
 
@@ -52,6 +57,11 @@ StateReader::StateReader(const std::string& path, MPI_Comm comm) {
       header_.cells[d] = cells[d];
       header_.length[d] = length[d];
       for (std::size_t e = 0; e < 2; ++e) header_.walls[d][e] = static_cast<Wall>(walls[2 * d + e]);
+    }
+    if (file_->has("y_faces")) {
+      const std::uint64_t n = file_->shape("y_faces")[0];
+      header_.y_faces.resize(n);
+      file_->read("y_faces", {{n}, {0}, {n}}, header_.y_faces.data());
     }
     header_.time = file_->attribute<double>("/", "time");
     header_.step = file_->attribute<std::int64_t>("/", "step");

@@ -19,6 +19,7 @@ struct StateHeader {
   std::array<int, 3> cells{};
   std::array<double, 3> length{};              ///< [L]
   std::array<std::array<Wall, 2>, 3> walls{};  ///< as Grid::walls
+  std::vector<double> y_faces{};               ///< as Grid::y_faces: empty on uniform y [L]
   double time = 0.0;                           ///< [T]
   std::int64_t step = 0;
   double driving = 0.0;  ///< mean driving force per volume along x [M/(L^2 T^2)]

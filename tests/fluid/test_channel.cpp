@@ -77,6 +77,40 @@ TEST(UserMistakes, AFieldThatIsNotFiniteStopsTheRunAtOnceWithItsPlace) {
 }
 
 /// With time.cfl the step follows the flow: as long as allowed, up to one rung of its ladder.
+/// Markers need cubes up to two cells above a sphere. Cubes of 0.25 up to 1.5: a sphere may reach
+/// 1.0.
+TEST(UserMistakes, SpheresThatReachStretchedCellsAreRefused) {
+  Settings s = box({8, 10, 8}, 0.25, 0.1, 0.01);
+  s.grid.length[1] = 3.0;
+  s.grid.y_uniform = 1.5;
+  const auto said = [&](double top) {
+    SphereState sphere;
+    sphere.tag = 7;
+    sphere.radius = 0.375;
+    sphere.position = {1.0, top - sphere.radius, 1.0};
+    return complaint([&] { Channel<double>(s, MPI_COMM_WORLD, {{sphere}}); });
+  };
+  EXPECT_EQ(said(1.0), "");
+  const std::string sentence = said(1.001);
+  for (const char* part : {"test.toml", "sphere 7", "y = 1.001", "below 1;", "'grid.y_uniform'"})
+    EXPECT_THAT(sentence, HasSubstr(part));
+  s.grid.length[1] = 2.5;  // cubes everywhere
+  s.grid.y_uniform = 0.0;
+  EXPECT_EQ(said(2.0), "");
+}
+
+/// Between x walls the pressure on them takes momentum: no residual, rather than a perfect one.
+TEST(MomentumResidual, IsNotANumberBetweenXWalls) {
+  Settings s = box({8, 8, 8}, 0.25, 0.1, 0.01);
+  s.start.from = Start::rest;
+  for (const bool walls : {false, true}) {
+    s.boundary.x = walls ? no_slip : periodic;
+    Channel<double> channel(s, MPI_COMM_WORLD);
+    advance(channel, 1);
+    EXPECT_EQ(std::isnan(channel.momentum_residual()), walls);
+  }
+}
+
 TEST(TimeStep, FollowsTheCflNumber) {
   Settings s = box({24, 16, 20}, 1.0 / 16, 1e-3, 0.2);
   disturb(s, 1.0, 0.4);

@@ -63,6 +63,13 @@ inline Grid channel_grid(int cells_along_x) {
           .wall_velocity = {{{}, {{{0.7, 0.0, 0.4}, {0.0, 0.0, 0.0}}}, {}}}};
 }
 
+/// The same, its planes drawn to the lower wall.
+inline Grid stretched_grid(int cells_along_x, double stretching) {
+  Grid grid = channel_grid(cells_along_x);
+  grid.y_faces = faces_near_walls(grid.cells[1], grid.length[1], stretching, {true, false});
+  return grid;
+}
+
 /// Value of component c (3: pressure) in global cell (i, j, k).
 using CellValue = std::function<double(int c, int i, int j, int k)>;
 /// Value of component c at a place.
@@ -106,7 +113,10 @@ struct Flow {
       return value(c, place(c, 0, i), place(c, 1, j), place(c, 2, k));
     }));
   }
-  double place(int c, int d, int n) const { return c == d ? grid.face(n) : grid.centre(n); }
+  double place(int c, int d, int n) const {
+    if (d == 1) return c == d ? grid.y_face(n) : grid.y_centre(n);
+    return c == d ? grid.face(n) : grid.centre(n);
+  }
 
   FlowView<Real> view(double time = 0.25, std::int64_t step = 42, double driving = -1.5) const {
     return {grid, slabs, velocity, pressure, time, step, driving};
