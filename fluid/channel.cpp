@@ -9,6 +9,7 @@
 #include "fluid/diffusion.hpp"
 #include "fluid/division.hpp"
 #include "fluid/errors.hpp"
+#include "fluid/prefetch.hpp"
 #include "fluid/projection.hpp"
 #include "fluid/start_field.hpp"
 
@@ -29,9 +30,8 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
     : settings_(settings),
       grid_(make_grid(settings)),
       slabs_(grid_, comm,
-             cuts.y.empty()
-                 ? choose_cuts(grid_, spheres, rank_count(comm), settings.ranks.along_z)
-                 : cuts),
+             cuts.y.empty() ? choose_cuts(grid_, spheres, rank_count(comm), settings.ranks.along_z)
+                            : cuts),
       walls_(grid_, slabs_),
       velocity_(grid_, slabs_.extent(), 3, 1),
       tendency_(grid_, slabs_.extent(), 3),
@@ -208,12 +208,12 @@ void Channel<Real>::diffuse(int stage) {
   }
   for (PoissonSolver<Real>& solver : diffusion_) solver.couple();
   for (int j = planes - 1; j >= 0; --j) {
-    for (int c = 0; c < 3; ++c) {
-      PoissonSolver<Real>& solver = diffusion_[static_cast<std::size_t>(c)];
-      solver.substitute(j);
-      for (int k = 0; k < nz; ++k) {
+    for (PoissonSolver<Real>& solver : diffusion_) solver.substitute(j);
+    for (int k = 0; k < nz; ++k) {
+      if (k + 1 < nz) ask_to_write(velocity_.row_block(j, k + 1), velocity_.row_size());
+      for (int c = 0; c < 3; ++c) {
         Real* q = velocity_.row(j, k, c);
-        const Real* d = solver.solution_row(j, k);
+        const Real* d = diffusion_[static_cast<std::size_t>(c)].solution_row(j, k);
         for (int i = 0; i < nx; ++i) q[i] += d[i];
         walls_.close_row(q, c);
       }
