@@ -266,10 +266,12 @@ void Channel<Real>::predict(int stage) {
   if (boundary_) boundary_->start_stage(velocity_);
   begin_stage(stage);
   clock_.start();
+  predicted_ = slabs_.planes();
   if (implicit()) {
     diffuse(stage);
   } else {
-    for (int j = 0; j < slabs_.planes(); ++j) predict_plane(j);
+    if (boundary_ && !fringe_.on()) predicted_ = boundary_->planes_reached();
+    for (int j = 0; j < predicted_; ++j) predict_plane(j);
     velocity_.relabel(1);
   }
   budget_.walls += fringe_.apply(velocity_, stage_step(stage));
@@ -278,9 +280,8 @@ void Channel<Real>::predict(int stage) {
 template <class Real>
 std::vector<SphereLoad> Channel<Real>::force_spheres(int stage) {
   if (!boundary_) return {};
-  fill_ghosts();
   boundary_->force(velocity_, stage_step(stage));
-  if (slabs_.at_upper_wall()) close_wall_face(slabs_.planes() - 1);
+  if (slabs_.at_upper_wall() && predicted_ == slabs_.planes()) close_wall_face(slabs_.planes() - 1);
   budget_.walls += stage_step(stage) * boundary_->force_on_fluid()[0] /
                    (settings_.fluid.density * grid_.cell_volume());
   return boundary_->loads(stage_step(stage));
@@ -290,7 +291,11 @@ template <class Real>
 void Channel<Real>::project(int stage) {
   local_sum_ = 0.0;
   clock_.start();
-  for (int j = 0; j < slabs_.planes(); ++j) eliminate_plane(j, 0, stage_step(stage));
+  for (int j = 0; j < predicted_; ++j) eliminate_plane(j, 0, stage_step(stage));
+  if (predicted_ < slabs_.planes()) {
+    velocity_.relabel(-1);
+    sweep_up(predicted_, stage);
+  }
   couple_and_correct(stage);
 }
 
@@ -303,12 +308,18 @@ void Channel<Real>::advance_stage(int stage) {
   begin_stage(stage);
   local_sum_ = 0.0;
   clock_.start();
-  for (int j = 0; j < slabs_.planes(); ++j) {
+  sweep_up(0, stage);
+  couple_and_correct(stage);
+}
+
+/// Predicts and eliminates from plane `first` upwards, each plane while it is in the cache.
+template <class Real>
+void Channel<Real>::sweep_up(int first, int stage) {
+  for (int j = first; j < slabs_.planes(); ++j) {
     predict_plane(j);
     eliminate_plane(j, -1, stage_step(stage));
   }
   velocity_.relabel(1);
-  couple_and_correct(stage);
 }
 
 template <class Real>

@@ -54,7 +54,8 @@ class Channel {
   double time_step() const { return dt_; }
   /// Length of the step made last [T].
   double last_time_step() const { return dt_made_; }
-  /// Explicit momentum predictor u* of one Runge-Kutta stage.
+  /// Explicit momentum predictor u* of one Runge-Kutta stage; with spheres only of the planes that
+  /// their markers reach, the others go with project().
   void predict(int stage);
   /// Forces the fluid to the spheres' motion; returns the loads of the mobile spheres whose centre
   /// this rank holds.
@@ -158,6 +159,7 @@ class Channel {
   void begin_stage(int stage);
   void predict_plane(int j);
   void close_wall_face(int j);
+  void sweep_up(int first, int stage);
   void eliminate_plane(int j, int moved, double step);
   void couple_and_correct(int stage);
   double bulk_shift(double step);
@@ -190,6 +192,7 @@ class Channel {
   double driving_ = 0.0;            ///< acceleration along x, mean of the last step
   double driving_predicted_ = 0.0;  ///< the part that the predictor has given already
   double driving_this_step_ = 0.0;
+  int predicted_ = 0;            ///< planes of u* that stand in the velocity before project()
   double local_sum_ = 0.0;       ///< of u*, then of u, over this rank's planes
   double streamwise_sum_ = 0.0;  ///< of u at the end of the last step, all ranks
   double fastest_ = 0.0;         ///< largest |u|+|v|+|w|, all ranks

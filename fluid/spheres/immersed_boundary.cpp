@@ -156,7 +156,7 @@ void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> all) {
   fixed_fingerprint_ = fingerprint;
   fixed_ = std::move(fixed);
   set_mobile(all);
-  fit_scratch();
+  find_planes_reached();
   if (!fixed_stay) place_fixed();
   place_mobile();
 }
@@ -165,7 +165,7 @@ template <class Real>
 void ImmersedBoundary<Real>::move_spheres(std::span<const SphereState> mobile) {
   if (mobile.empty() && mobile_.empty() && slabs_.ranks() == 1) return;
   set_mobile(mobile);
-  fit_scratch();
+  find_planes_reached();
   place_mobile();
 }
 
@@ -267,18 +267,21 @@ std::vector<typename ImmersedBoundary<Real>::Share> ImmersedBoundary<Real>::comp
   return shares;
 }
 
-/// Makes the scratch field reach above the highest sphere of this slab.
+/// Up to the highest sphere's support; neighbours that a sphere reaches across their common
+/// interface (MarkerHalo) both have all planes beside it. The scratch field goes as high.
 template <class Real>
-void ImmersedBoundary<Real>::fit_scratch() {
-  int planes = grid_.periodic(1) ? slabs_.planes() : 1;
+void ImmersedBoundary<Real>::find_planes_reached() {
+  int planes = 0;
   const auto reach = [&](const SphereState& sphere) {
     const double top = (sphere.position.y() + sphere.radius) / grid_.h;
     planes = std::max(planes, static_cast<int>(std::floor(top)) + 5 - slabs_.first());
   };
   for (const SphereState& sphere : fixed_) reach(sphere);
   for (const Mobile& sphere : mobile_) reach(sphere.state);
-  planes = std::min(planes, slabs_.planes());
-  if (planes > scratch_.planes()) scratch_ = Field<Real>(grid_, {planes, slabs_.rows()}, 3);
+  // Through a periodic end spheres reach the other side's planes.
+  planes_reached_ = grid_.periodic(1) ? slabs_.planes() : std::min(planes, slabs_.planes());
+  const int stored = std::max(planes_reached_, 1);
+  if (stored > scratch_.planes()) scratch_ = Field<Real>(grid_, {stored, slabs_.rows()}, 3);
 }
 
 template <class Real>
@@ -558,6 +561,7 @@ void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, boo
     loop_began = now;
   };
   int loops = 0;
+  halo_.refresh(velocity);
   SlipSums before = find_changes(velocity), after = before;
   while (true) {
     halo_.clear_ghosts(velocity);

@@ -83,11 +83,15 @@ class ImmersedBoundary {
   /// Takes the momentum inside the mobile spheres from the velocity before the predictor.
   void start_stage(const Field<Real>& velocity);
 
+  /// This rank's planes from the lowest up to the highest that force() may read or change, on any
+  /// rank: the velocity of those above need not be there yet.
+  int planes_reached() const { return planes_reached_; }
+
   /// Adds the forcing of a stage of length `stage_step` [T] to the velocity (three components).
-  /// Periodic and rank ghosts are valid on entry and on exit; ghosts beyond walls are neither used
-  /// nor changed. With `measure` the slip that is left is measured, at half a loop's cost.
-  /// Ranks wait only for neighbours that have spheres in common with them, unless a tolerance is
-  /// set.
+  /// Ghosts of ranks and of x are made valid near spheres, other ones, and those beyond walls, are
+  /// neither used nor changed. With `measure` the slip that is left is measured, at half a loop's
+  /// cost. Ranks wait only for neighbours that have spheres in common with them, unless a tolerance
+  /// is set.
   void force(Field<Real>& velocity, double stage_step, bool measure = false);
 
   /// Loops of the last forcing; the same on every rank.
@@ -159,7 +163,7 @@ class ImmersedBoundary {
   int layout_of(double radius);
   void place_fixed();
   void place_mobile();
-  void fit_scratch();
+  void find_planes_reached();
   std::span<const int> all_of(const MarkerList<Real>& list);
   void weigh_fixed();
   void find_near_mobile();
@@ -195,6 +199,7 @@ class ImmersedBoundary {
   MarkerHalo mobile_halo_;                       ///< rows of mobile spheres
   std::vector<int> indices_;                     ///< 0, 1, 2, ...
   Field<Real> scratch_;  ///< planes up to the highest sphere; zero between calls
+  int planes_reached_ = 0;
   bool stage_started_ = false;
   Given given_;
   MarkerSeconds seconds_;

@@ -12,6 +12,7 @@
 #include "fluid/decomposition.hpp"
 #include "fluid/field.hpp"
 #include "fluid/grid.hpp"
+#include "fluid/lanes.hpp"
 #include "fluid/sphere.hpp"
 
 namespace bedload {
@@ -218,7 +219,18 @@ InteriorSums InteriorCells::sums(std::size_t n, const Field<Real>& velocity) con
     sums.x += count * middle;
     sums.xx += count * (middle * middle + h_ * h_ * (double(count) * count - 1.0) / 12.0);
     double plain = 0.0, lever = 0.0;
-    for (int i = row.full_begin; i < row.full_end; ++i) {
+    int i = row.full_begin;
+    if (count >= lane_count) {
+      Lanes<double> values{}, moments{}, place = i + Lanes<double>{0.0, 1.0, 2.0, 3.0};
+      for (; i + lane_count <= row.full_end; i += lane_count, place += lane_count) {
+        const Lanes<double> four = load_double(u + i);
+        values += four;
+        moments += place * four;
+      }
+      plain = sum_of(values);
+      lever = sum_of(moments);
+    }
+    for (; i < row.full_end; ++i) {
       const double value = static_cast<double>(u[i]);
       plain += value;
       lever += i * value;

@@ -9,6 +9,7 @@
 
 #include "fluid/field.hpp"
 #include "fluid/grid.hpp"
+#include "fluid/lanes.hpp"
 #include "fluid/spheres/kernel.hpp"
 
 namespace bedload {
@@ -121,40 +122,37 @@ struct Stencil {
   static std::array<Real, 3> all(const std::array<Real, 2>& outer) {
     return {outer[0], Real{1} - outer[0] - outer[1], outer[1]};
   }
-  /// Ends with a zero, so that loops over x run over four values, a vector register's length.
-  std::array<Real, 4> x_line() const { return {x[0], Real{1} - x[0] - x[1], x[1], Real{}}; }
+  /// Ends with a zero, so that a row is four values, a vector register's length.
+  Lanes<Real> x_line() const { return Lanes<Real>{x[0], Real{1} - x[0] - x[1], x[1], Real{}}; }
 };
 
-/// Interpolation: U = sum_i sum_j sum_k x_i y_j z_k u_ijk. `origin` is the field's row(0, 0, 0),
+/// Interpolation: U = sum_i x_i sum_j y_j sum_k z_k u_ijk. `origin` is the field's row(0, 0, 0),
 /// `plane` the distance of two y planes in memory.
 template <class Real>
 inline Real interpolate(const Stencil<Real>& s, const Real* origin, std::ptrdiff_t plane) {
-  const std::array<std::ptrdiff_t, 3> rows{0, s.rows[0], s.rows[1]};
   const std::array<Real, 3> y = s.all(s.y), z = s.all(s.z);
-  const std::array<Real, 4> x = s.x_line();
-  std::array<Real, 4> line{};
-  for (std::size_t m = 0; m < 3; ++m)
-    for (std::size_t n = 0; n < 3; ++n) {
-      const Real* row = origin + s.first + static_cast<std::ptrdiff_t>(m) * plane + rows[n];
-      const Real weight = y[m] * z[n];
-      for (std::size_t i = 0; i < 4; ++i) line[i] += weight * row[i];
-    }
-  return (line[0] * x[0] + line[1] * x[1]) + (line[2] * x[2] + line[3] * x[3]);
+  const Real* first = origin + s.first;
+  const auto across_z = [&](const Real* row) {
+    return z[0] * load(row) + z[1] * load(row + s.rows[0]) + z[2] * load(row + s.rows[1]);
+  };
+  const Lanes<Real> line =
+      y[0] * across_z(first) + y[1] * across_z(first + plane) + y[2] * across_z(first + 2 * plane);
+  const Lanes<Real> product = line * s.x_line();
+  return (product[0] + product[1]) + (product[2] + product[3]);
 }
 
 /// Spreading, the transpose: u_ijk += x_i y_j z_k value.
 template <class Real>
 inline void spread(const Stencil<Real>& s, Real value, Real* origin, std::ptrdiff_t plane) {
-  const std::array<std::ptrdiff_t, 3> rows{0, s.rows[0], s.rows[1]};
   const std::array<Real, 3> y = s.all(s.y), z = s.all(s.z);
-  std::array<Real, 4> line = s.x_line();
-  for (std::size_t i = 0; i < 4; ++i) line[i] *= value;
-  for (std::size_t m = 0; m < 3; ++m)
-    for (std::size_t n = 0; n < 3; ++n) {
-      Real* row = origin + s.first + static_cast<std::ptrdiff_t>(m) * plane + rows[n];
-      const Real weight = y[m] * z[n];
-      for (std::size_t i = 0; i < 4; ++i) row[i] += weight * line[i];
-    }
+  const std::array<std::ptrdiff_t, 3> rows{0, s.rows[0], s.rows[1]};
+  const Lanes<Real> line = value * s.x_line();
+  Real* corner = origin + s.first;
+  for (std::size_t m = 0; m < 3; ++m, corner += plane) {
+    const Lanes<Real> in_plane = y[m] * line;
+    for (std::size_t n = 0; n < 3; ++n)
+      store(corner + rows[n], load(corner + rows[n]) + z[n] * in_plane);
+  }
 }
 
 /// How many markers before its turn a support is asked for.

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstring>
+
+namespace bedload {
+
+/// Four values side by side, for short loops that the compiler would cut into halves or not
+/// vectorise at all.
+template <class Real>
+using Lanes [[gnu::vector_size(4 * sizeof(Real))]] = Real;
+inline constexpr int lane_count = 4;
+
+template <class Real>
+inline Lanes<Real> load(const Real* from) {
+  Lanes<Real> lanes;
+  std::memcpy(&lanes, from, sizeof(lanes));
+  return lanes;
+}
+
+template <class Real, class Vector>
+inline void store(Real* to, const Vector& lanes) {
+  std::memcpy(to, &lanes, sizeof(lanes));
+}
+
+template <class Real>
+inline Lanes<double> load_double(const Real* from) {
+  return __builtin_convertvector(load(from), Lanes<double>);
+}
+
+inline double sum_of(const Lanes<double>& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
+
+}  // namespace bedload
