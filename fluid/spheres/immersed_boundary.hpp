@@ -85,7 +85,10 @@ class ImmersedBoundary {
 
   /// This rank's planes from the lowest up to the highest that force() may read or change, on any
   /// rank: the velocity of those above need not be there yet.
-  int planes_reached() const { return planes_reached_; }
+  int planes_reached() const {
+    // Where spheres belong to two ranks the higher one has work of its own to do meanwhile.
+    return halo_.crosses_planes() ? slabs_.planes() : planes_reached_;
+  }
 
   /// Adds the forcing of a stage of length `stage_step` [T] to the velocity (three components).
   /// Ghosts of ranks and of x are made valid near spheres, other ones, and those beyond walls, are

@@ -22,6 +22,9 @@ class MarkerHalo {
   void reset() { marked_ = kept_; }              ///< ... and goes back to them
   void finish();                                 ///< makes lists of the marked rows
 
+  /// Whether rows are exchanged with the blocks below or above.
+  bool crosses_planes() const { return !below_.empty() || !above_.empty(); }
+
   /// Empties the ghosts of the marked rows. Markers may then spread.
   template <class Real>
   void clear_ghosts(Field<Real>& field) const;

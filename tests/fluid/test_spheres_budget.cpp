@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -29,12 +30,24 @@ Momentum operator-(const Momentum& a, const Momentum& b) {
   return {a.linear - b.linear, a.angular - b.angular};
 }
 
+/// Factors of the terms: all 1 unless a test plants a mistake (0 leaves a term out, -1 turns its
+/// sign, 2 doubles it).
+struct Factors {
+  double load = 1.0, torque = 1.0;  ///< what moves the spheres
+  double driving = 1.0, fixed = 1.0, seams = 1.0, levers = 1.0;
+  double inside = 1.0, inside_angular = 1.0;  ///< fluid inside that stands for the spheres
+};
+
 /// Spheres in a flow that fills a box without walls, moved by their loads as LIGGGHTS does it: a
 /// load is constant over its stage, x += v t + F t^2/2m, v += F t/m. One rank.
 class Moving {
  public:
-  Moving(const Settings& s, std::vector<SphereState> all, double density_ratio)
-      : all_(std::move(all)), channel_(s, MPI_COMM_SELF, all_), ratio_(density_ratio) {
+  Moving(const Settings& s, std::vector<SphereState> all, double density_ratio,
+         const Factors& factor = {})
+      : all_(std::move(all)),
+        channel_(s, MPI_COMM_SELF, all_),
+        ratio_(density_ratio),
+        factor_(factor) {
     const double h = channel_.grid().h, wave = 2.0 * std::numbers::pi / (20.0 * h);
     channel_.set_velocity([wave](int c, const Vec3& x) {
       const int a = (c + 1) % 3, b = (c + 2) % 3;
@@ -50,7 +63,7 @@ class Moving {
     const Momentum before = total();
     const Vec3 seams = turned_through_seams();
     Momentum given;
-    given.angular = whole * (rk.gamma * seams + rk.zeta * seams_before_);
+    given.angular = factor_.seams * whole * (rk.gamma * seams + rk.zeta * seams_before_);
     seams_before_ = seams;
 
     channel_.predict(number);
@@ -58,8 +71,8 @@ class Moving {
     const double pushed = dt * channel_.settings().flow.pressure_gradient;
     const auto& length = channel_.grid().length;
     given.add(0.5 * Vec3(length[0], length[1], length[2]),
-              Vec3(pushed * channel_.grid().volume(), 0.0, 0.0));
-    given.linear += dt * channel_.forcing().force_of_fixed;
+              factor_.driving * Vec3(pushed * channel_.grid().volume(), 0.0, 0.0));
+    given.linear += factor_.fixed * dt * channel_.forcing().force_of_fixed;
     channel_.project(number);
 
     // What is inside a sphere now belongs to where the sphere was when the load was found.
@@ -69,12 +82,13 @@ class Moving {
     for (std::size_t n = 0; n < loads.size(); ++n) {
       SphereState& s = sphere(loads[n].tag);
       EXPECT_GT(loads[n].force.norm(), 0.05) << "a load that vanishes would balance anything";
-      const Vec3 start = s.position, impulse = dt * loads[n].force;
+      const Vec3 start = s.position, impulse = factor_.load * dt * loads[n].force;
       if (!accounts_.empty())  // the account moved with the sphere since
         levers -= (start - places_[n]).cross(accounts_[n].linear);
       s.position += dt * s.velocity + 0.5 * dt * impulse / mass(s);
       s.velocity += impulse / mass(s);
-      s.angular_velocity += dt * loads[n].torque / (0.4 * mass(s) * s.radius * s.radius);
+      s.angular_velocity +=
+          factor_.torque * dt * loads[n].torque / (0.4 * mass(s) * s.radius * s.radius);
       // The sphere moves under the load, the fluid felt it where it was.
       levers += 0.5 * (s.position - start).cross(impulse);
       if (places_.size() <= n) places_.resize(n + 1);
@@ -83,7 +97,7 @@ class Moving {
     }
     accounts_ = accounts;
     channel_.move_spheres(moved);
-    given.angular += levers;
+    given.angular += factor_.levers * levers;
     return total() - before - given;
   }
 
@@ -105,7 +119,8 @@ class Moving {
         sum.add(s.position, mass(s) * s.velocity,
                 0.4 * mass(s) * s.radius * s.radius * s.angular_velocity);
     for (std::size_t n = 0; n < accounts_.size(); ++n)
-      sum.add(places_[n], -accounts_[n].linear, -accounts_[n].angular);
+      sum.add(places_[n], -factor_.inside * accounts_[n].linear,
+              -factor_.inside_angular * accounts_[n].angular);
     return sum;
   }
 
@@ -162,6 +177,7 @@ class Moving {
   std::vector<SphereState> all_;
   Channel<double> channel_;
   double ratio_;
+  Factors factor_;
   std::vector<SphereAccount> accounts_;
   std::vector<Vec3> places_;  ///< of the spheres when the accounts were made
   Vec3 seams_before_ = Vec3::Zero();
@@ -218,6 +234,37 @@ TEST(Budget, AngularMomentumOfFluidAndSpheresIsThatFromOutside) {
       if (stage % 3 == 2) all.finish_step();
     }
   }
+}
+
+TEST(Budget, ReportsEveryTermThatIsLeftOutDoubledOrTurned) {
+  struct Term {
+    const char* name;
+    double Factors::*factor;
+    bool angular;  ///< shows in the angular momentum, whose balance is without fixed spheres
+  };
+  for (const Term& term : {Term{"load", &Factors::load, false},
+                           {"torque", &Factors::torque, true},
+                           {"driving", &Factors::driving, false},
+                           {"fixed", &Factors::fixed, false},
+                           {"seams", &Factors::seams, true},
+                           {"levers", &Factors::levers, true},
+                           {"inside", &Factors::inside, false},
+                           {"inside, angular", &Factors::inside_angular, true}})
+    for (const double planted : {0.0, 2.0, -1.0}) {
+      Factors factors;
+      factors.*term.factor = planted;
+      std::vector<SphereState> spheres{sphere(1, {0.65, 0.98, 0.71}, 0.4, true),
+                                       sphere(2, {1.5, 1.1, 1.2}, 0.35, true)};
+      if (!term.angular) spheres.push_back(sphere(3, {2.05, 0.2, 0.1}, 0.3, false));
+      Moving all(without_walls(), spheres, 2.5, factors);
+      all.stage(0);
+      double largest = 0.0;
+      for (int stage = 1; stage < 3; ++stage) {
+        const Momentum left = all.stage(stage);
+        largest = std::max(largest, term.angular ? left.angular.norm() : left.linear.norm());
+      }
+      EXPECT_GT(largest, 1e5 * round_off) << term.name << " times " << planted;
+    }
 }
 
 }  // namespace
