@@ -173,14 +173,13 @@ def energy_shares(s: Series) -> dict[str, float]:
 
 def account(s: Series, rest_allowed: float) -> list[Budget]:
     h = s.history
-    cell = (s.volume / (48.0 * CELLS**3)) ** (1.0 / 3.0) / CELLS  # 48 = 4 x 4 x 3 unit cubes
     shares = energy_shares(s)
     time = np.sum(h["dt"])
     given = float(np.sum((s.to_grains + s.by_weight) * h["dt"]))
     contacts = float(s.kinetic[-1] - s.kinetic[0]) - given
     size = float(np.sum(np.abs(s.to_grains) * h["dt"]))
     return [
-        Budget("mass: largest |div u| h / U", float(np.max(h["max_divergence"])) * cell,
+        Budget("mass: largest |div u| h / U", float(np.max(h["max_divergence"])) / CELLS,
                64 * ROUNDING, "single precision of three differences of velocities up to 2 U, and of "
                "the transforms (log2 of their length)"),
         Budget("mass: bulk velocity off 1", float(np.max(np.abs(h["bulk_velocity"] - 1.0))),
