@@ -270,7 +270,9 @@ void Channel<Real>::predict(int stage) {
   if (implicit()) {
     diffuse(stage);
   } else {
-    if (boundary_ && !fringe_.on()) predicted_ = boundary_->planes_reached();
+    // Whoever asks for the flow's energy between predictor and projection wants all planes.
+    if (boundary_ && !fringe_.on() && !settings_.output.energy_work)
+      predicted_ = boundary_->planes_reached();
     for (int j = 0; j < predicted_; ++j) predict_plane(j);
     velocity_.relabel(1);
   }
