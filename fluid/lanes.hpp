@@ -11,22 +11,24 @@ using Lanes [[gnu::vector_size(4 * sizeof(Real))]] = Real;
 inline constexpr int lane_count = 4;
 
 template <class Real>
-inline Lanes<Real> load(const Real* from) {
+[[gnu::always_inline]] inline Lanes<Real> load(const Real* from) {
   Lanes<Real> lanes;
   std::memcpy(&lanes, from, sizeof(lanes));
   return lanes;
 }
 
 template <class Real, class Vector>
-inline void store(Real* to, const Vector& lanes) {
+[[gnu::always_inline]] inline void store(Real* to, const Vector& lanes) {
   std::memcpy(to, &lanes, sizeof(lanes));
 }
 
 template <class Real>
-inline Lanes<double> load_double(const Real* from) {
+[[gnu::always_inline]] inline Lanes<double> load_double(const Real* from) {
   return __builtin_convertvector(load(from), Lanes<double>);
 }
 
-inline double sum_of(const Lanes<double>& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
+[[gnu::always_inline]] inline double sum_of(const Lanes<double>& v) {
+  return (v[0] + v[1]) + (v[2] + v[3]);
+}
 
 }  // namespace bedload

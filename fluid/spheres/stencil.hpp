@@ -123,7 +123,9 @@ struct Stencil {
     return {outer[0], Real{1} - outer[0] - outer[1], outer[1]};
   }
   /// Ends with a zero, so that a row is four values, a vector register's length.
-  Lanes<Real> x_line() const { return Lanes<Real>{x[0], Real{1} - x[0] - x[1], x[1], Real{}}; }
+  [[gnu::always_inline]] Lanes<Real> x_line() const {
+    return Lanes<Real>{x[0], Real{1} - x[0] - x[1], x[1], Real{}};
+  }
 };
 
 /// Interpolation: U = sum_i x_i sum_j y_j sum_k z_k u_ijk. `origin` is the field's row(0, 0, 0),
