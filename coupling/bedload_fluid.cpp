@@ -3,6 +3,8 @@
 // step.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -20,10 +22,12 @@
 #include "coupling/signals.hpp"
 #include "coupling/simulation.hpp"
 #include "coupling/stages.hpp"
+#include "coupling/start_spheres.hpp"
 #include "coupling/survivors.hpp"
 #include "fluid/errors.hpp"
 #include "fluid/output/state_file.hpp"
 #include "fluid/settings.hpp"
+#include "fluid/settings_sense.hpp"
 #include "fluid/spheres/sphere_file.hpp"
 
 namespace bedload {
@@ -62,6 +66,18 @@ void check_partner(const Settings& s, const FluidOptions& options) {
       "{}: the scene has grains ({}), but bedload-dem is not in the job; start both, mpirun -np N "
       "bedload-fluid {} : -np M bedload-dem -in {}, or the flow alone with --without-grains.",
       s.file, script.filename().string(), s.file, script.string()));
+}
+
+/// A grid that cannot fit is refused before the machine is brought to a halt.
+void check_memory(const Settings& s, const Job& job) {
+  const double needed = least_field_bytes(s) / job.size() * job.ranks_here();
+  const double there =
+      static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
+  if (needed > there)
+    throw UserError(fmt::format(
+        "{}: 'grid.cells' = [{}] takes at least {:.3g} GB on each machine of the job, but this one "
+        "has {:.3g} GB.",
+        s.file, fmt::join(s.grid.cells, ", "), 1e-9 * needed, 1e-9 * there));
 }
 
 /// Start from the flow of another run (start.from = "state"); time and step begin anew.
@@ -136,7 +152,7 @@ int simulate(Job& job, const FluidOptions& options, const Settings& settings, Fl
   checkpoints.write();
   nothing_to_say();
   if (partner) partner->stop();
-  output.finish(line, checkpoints.last().fluid());
+  output.finish(line, checkpoints.last().fluid(), options.bandwidth);
   if (!cut_short) return 0;
   if (job.rank() == 0)
     fmt::print(stderr,
@@ -159,6 +175,7 @@ int run(Job& job, int argc, char** argv) {
   }
   listen_to_signals();
   const Settings settings = read_settings(options->file, options->settings);
+  check_memory(settings, job);
   if (job.alone()) check_partner(settings, *options);
   std::optional<Resumption> from;
   if (!options->restart.empty()) {
@@ -181,6 +198,7 @@ int run(Job& job, int argc, char** argv) {
     dem = partner->meet();
     const auto words = caution(facts_of(settings, resumption), dem->facts);
     if (words && job.rank() == 0) fmt::print(stderr, "bedload-fluid: {}\n", *words);
+    if (!from) check_start(settings, dem->spheres);
   }
   const auto start = settings.accuracy.precision == "single" ? simulate<float> : simulate<double>;
   return start(job, *options, settings, partner ? &*partner : nullptr, dem ? &*dem : nullptr,

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <utility>
 
 #include "coupling/clock.hpp"
@@ -17,6 +18,7 @@
 #include "fluid/errors.hpp"
 #include "fluid/fftw.hpp"
 #include "fluid/output/agreement.hpp"
+#include "fluid/output/rhythm.hpp"
 
 namespace bedload {
 namespace {
@@ -60,7 +62,19 @@ void check_parts(const CheckpointPlace& place, bool with_grains, MPI_Comm comm) 
       throw UserError(
           fmt::format("{}: is of a run with LIGGGHTS; go on with both programs.", place.folder));
   });
-  if (with_grains) check_front_block(place.grains(), grains_front, comm);
+  if (!with_grains) return;
+  check_front_block(place.grains(), grains_front, comm);
+  on_first_rank(comm, [&] {
+    std::ifstream file(place.grains(), std::ios::binary);
+    file.seekg(static_cast<std::streamoff>(front_block_bytes));
+    std::int64_t step = -1;  // what LIGGGHTS writes first (grains_state.cpp)
+    file.read(reinterpret_cast<char*>(&step), sizeof step);
+    if (step != place.step)
+      throw UserError(
+          fmt::format("{}: holds the grains of fluid step {}, not what the name of its "
+                      "folder says.",
+                      place.grains(), step));
+  });
 }
 
 Resumption read_checkpoint(const CheckpointPlace& place, bool with_grains, MPI_Comm comm) {
@@ -225,8 +239,8 @@ void Checkpoints<Real>::write() {
   Channel<Real>& channel = simulation_.channel();
   if (last_.step == channel.step()) return;
   if (settings_.checkpoint.every > 0.0)
-    while (channel.time() + 0.5 * channel.time_step() >= next_time_)
-      next_time_ += settings_.checkpoint.every;
+    next_time_ = next_due(next_time_, settings_.checkpoint.every,
+                          channel.time() + 0.5 * channel.time_step());
   simulation_.timing().measure(phase_, [&] {
     const MPI_Comm comm = channel.comm();
     output_.flush();

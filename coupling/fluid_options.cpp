@@ -50,6 +50,10 @@ std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first
       ->check(CLI::NonNegativeNumber);
   app.add_flag("--without-grains", options.without_grains,
                "Run a scene with a LIGGGHTS script (in.liggghts) as a flow without its grains");
+  app.add_flag(
+      "--bandwidth", options.bandwidth,
+      "At the end measure the memory's bandwidth beside that of the solver's phases (takes "
+      "0.6 GB for half a second)");
   app.add_option(
          "--compact-state", options.compact,
          "Make of the first file, a state.h5, the second: a small start field (every second "

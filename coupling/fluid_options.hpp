@@ -16,6 +16,7 @@ struct FluidOptions {
   std::int64_t steps = -1;            ///< --steps N; negative: until time.end
   std::int64_t warm_up = 0;           ///< --warm-up N: steps that the table of times leaves out
   bool without_grains = false;        ///< --without-grains: the flow of a scene that has some
+  bool bandwidth = false;             ///< --bandwidth: measure the memory's at the end
   /// --compact-state STATE START: a state file and the small start field to make of it; no run.
   std::vector<std::string> compact;
 };

@@ -32,6 +32,10 @@ class GrainsState {
   /// Step number and time. To be set before fixes are initialised.
   void set_clock() const;
 
+  /// Sets the fixes' own states (insertions, counters, random numbers). To be called before fixes
+  /// are initialised, where they compare with the clock; put_back() does it again behind that.
+  void restore_fixes();
+
   /// Replaces all spheres, and sets the fixes' own states. To be called when LIGGGHTS and its fixes
   /// are initialised, before the integrator's setup(). Throws UserError when the script has other
   /// fixes than the one that wrote the state.

@@ -32,6 +32,7 @@ class Job {
   int rank() const { return rank_; }  ///< within own()
   int size() const { return size_; }
   int partner_size() const { return partner_size_; }
+  int ranks_here() const { return ranks_here_; }  ///< of this program on this node
 
   /// Both programs wait here, asleep, until every rank of the other one is done as well.
   void say_farewell() const;
@@ -43,6 +44,7 @@ class Job {
   int rank_ = 0;
   int size_ = 1;
   int partner_size_ = 0;
+  int ranks_here_ = 1;
 };
 
 /// Runs `body` as one rank of `program` and returns its status, the exit status of main. A mistake

@@ -16,6 +16,8 @@
 #include "fluid/output/agreement.hpp"
 #include "fluid/output/aside_file.hpp"
 #include "fluid/output/derived_numbers.hpp"
+#include "fluid/output/doubts.hpp"
+#include "fluid/output/rhythm.hpp"
 #include "fluid/output/settings_file.hpp"
 #include "fluid/output/state_file.hpp"
 #include "fluid/output/statistics_file.hpp"
@@ -23,8 +25,6 @@
 
 namespace bedload {
 namespace {
-
-constexpr double worth_a_measurement = 20.0;  // seconds in the flow solver
 
 bool is_first(MPI_Comm comm) {
   int rank = 0;
@@ -47,7 +47,7 @@ void make_output_folder(const std::string& folder, MPI_Comm comm) {
 template <class Real>
 bool RunOutput<Real>::Rhythm::due(double now, double time_step) {
   if (now + 0.5 * time_step < next_) return false;
-  while (every_ > 0.0 && now + 0.5 * time_step >= next_) next_ += every_;
+  if (every_ > 0.0) next_ = next_due(next_, every_, now + 0.5 * time_step);
   return true;
 }
 
@@ -90,6 +90,8 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
     spheres_ = std::make_unique<SphereWriter>(folder_, comm, simulation_.spheres(), resume_after);
   on_first_rank(comm, [&] { history_ = std::make_unique<History>(folder_, resume_after); });
   if (first_rank_) {
+    for (const std::string& doubt : doubts(settings_, numbers))
+      fmt::print(stderr, "bedload-fluid: WARNING: {}\n", doubt);
     fmt::print("{}\n\n{}\n{}\n{}", settings_.title, derived_as_comments(numbers),
                effects_table(effects_), length_hints(settings_.grid.cells));
     progress_ = std::make_unique<Progress>(progress_state(), stdout);
@@ -140,7 +142,8 @@ void RunOutput<Real>::after_step() {
 }
 
 template <class Real>
-void RunOutput<Real>::finish(const std::string& time_line, const std::string& state) {
+void RunOutput<Real>::finish(const std::string& time_line, const std::string& state,
+                             bool measure_bandwidth) {
   const MPI_Comm comm = simulation_.channel().comm();
   FlowStatistics flow;
   simulation_.timing().measure(phase_, [&] {
@@ -159,10 +162,7 @@ void RunOutput<Real>::finish(const std::string& time_line, const std::string& st
   const std::vector<TimingRow> times = simulation_.timing().reduce(comm);
   const std::string effects = effects_table(effects_with_shares(times));
   const std::vector<PhaseRow> phase_times = phases();
-  double seconds = 0.0;
-  for (const PhaseRow& row : phase_times) seconds += row.seconds;
-  // Half a second of work and 600 MB: for runs that it does not matter to.
-  const double bandwidth = seconds > worth_a_measurement ? triad_bandwidth(comm) : 0.0;
+  const double bandwidth = measure_bandwidth ? triad_bandwidth(comm) : 0.0;
   on_first_rank(comm, [&] {
     write_timing(folder_, times);
     write_phases(folder_, phase_times, bandwidth);

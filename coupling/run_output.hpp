@@ -44,8 +44,9 @@ class RunOutput {
   void put_into(StateExtras& extras) const;
 
   /// At the end: last snapshot, state.h5 (the same file as `state`, the fluid's half of the last
-  /// checkpoint), table of times, and the time line `line` of the last step.
-  void finish(const std::string& time_line, const std::string& state);
+  /// checkpoint), table of times, the time line of the last step, and on request the
+  /// memory's bandwidth beside the solver's.
+  void finish(const std::string& time_line, const std::string& state, bool measure_bandwidth);
 
  private:
   /// Instants that come every so often; with 0 between them every step is one.

@@ -18,6 +18,7 @@
 #include "fluid/errors.hpp"
 #include "fluid/runge_kutta.hpp"
 #include "fluid/settings_checks.hpp"
+#include "fluid/settings_sense.hpp"
 
 namespace bedload {
 namespace {
@@ -303,10 +304,13 @@ class Reader {
                          std::string_view allowed) const {
     std::ostringstream found;
     node.visit([&found](const auto& n) { found << n; });
-    const auto line = node.source().begin.line;
-    throw UserError(fmt::format("{}{}: '{}' is {}, but must be {}.", file_,
-                                line > 0 ? fmt::format(", line {}", line) : "", name, found.str(),
-                                allowed));
+    throw UserError(
+        fmt::format("{}: '{}' is {}, but must be {}.", place(node), name, found.str(), allowed));
+  }
+  std::string place(const toml::node& node) const {
+    const toml::source_region& source = node.source();
+    if (!source.path || *source.path != file_) return file_ + " with --set";
+    return fmt::format("{}, line {}", file_, source.begin.line);
   }
   template <class Integer>
   Integer read_integer(std::string_view name, const toml::node& node, Range range) const {
@@ -344,8 +348,8 @@ class Reader {
         check_unknown(*node.as_table(), name + ".");
         continue;
       }
-      throw UserError(fmt::format("{}, line {}: unknown key '{}'; the nearest known one is '{}'.",
-                                  file_, node.source().begin.line, name, nearest(name, declared_)));
+      throw UserError(fmt::format("{}: unknown key '{}'; the nearest known one is '{}'.",
+                                  place(node), name, nearest(name, declared_)));
     }
   }
 
@@ -458,6 +462,7 @@ Settings parse_settings(const std::string& text, const std::string& file,
   declare_keys(settings, reader);
   reader.finish();
   check_together(settings);
+  check_sense(settings);
   return settings;
 }
 

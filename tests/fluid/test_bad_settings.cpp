@@ -1,0 +1,227 @@
+// Every key of fluid.toml, as `bedload-fluid --help-keys` lists them, with wrong values; and texts
+// that random changes have spoiled. Nothing but a sentence may come of it.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <regex>
+#include <sstream>
+
+#include "fluid/errors.hpp"
+#include "fluid/output/doubts.hpp"
+#include "fluid/settings.hpp"
+
+namespace bedload {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+struct Key {
+  std::string name, allowed, usual;
+};
+
+/// All keys with what is allowed and the default, as the program prints them.
+std::vector<Key> all_keys() {
+  std::vector<Key> keys;
+  std::istringstream lines(describe_keys());
+  std::string name, meaning, rest;
+  while (std::getline(lines, name) && std::getline(lines, meaning) && std::getline(lines, rest)) {
+    const auto allowed = rest.find("; "), usual = rest.rfind("; default ");
+    keys.push_back({name, rest.substr(allowed + 2, usual - allowed - 2), rest.substr(usual + 10)});
+  }
+  return keys;
+}
+
+const std::vector<std::string> good{"grid.cells=[8, 8, 8]", "grid.length=[1.0, 1.0, 1.0]",
+                                    "fluid.kinematic_viscosity=0.01", "time.step=0.1",
+                                    "time.end=1.0"};
+
+/// The sentence about `good` with `key` set to `value`; "" when it is accepted.
+std::string complaint(const std::string& key, const std::string& value) {
+  std::vector<std::string> lines = good;
+  lines.push_back(key + "=" + value);
+  try {
+    parse_settings("", "fluid.toml", lines);
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+bool is_list(const Key& key) { return key.usual.starts_with("["); }
+
+TEST(BadSettings, ThereAreKeys) { EXPECT_GT(all_keys().size(), 50u); }
+
+TEST(BadSettings, WrongTypesNameKeyFoundAndAllowed) {
+  for (const Key& key : all_keys())
+    for (const char* value :
+         {"true", "1979-05-27", "{a = 1}", "[[1.0]]", "nan", "inf", "\"fats\""}) {
+      const bool text = key.allowed == "text" && value[0] == '"';
+      if (text) continue;
+      EXPECT_THAT(complaint(key.name, value),
+                  AllOf(HasSubstr("fluid.toml"), HasSubstr(key.name), HasSubstr("must be")))
+          << key.name << " = " << value;
+    }
+}
+
+TEST(BadSettings, NumbersOutOfRange) {
+  const std::regex interval(R"(([\[(])([-+0-9.e]+), ([-+0-9.e]+)\])"),
+      from(R"((above|at least) (\S+))");
+  int bounds = 0;
+  for (const Key& key : all_keys()) {
+    std::vector<double> outside;
+    std::smatch match;
+    if (std::regex_search(key.allowed, match, interval)) {
+      const double low = std::stod(match[2]), high = std::stod(match[3]);
+      outside = {match[1] == "(" ? low : low - 1.0, high + 1.0};
+    } else if (std::regex_search(key.allowed, match, from)) {
+      const double low = std::stod(match[2]);
+      outside = {match[1] == "above" ? low : low - 1.0, -1e300};
+    }
+    const bool whole = key.usual.find_first_of(".e\"") == std::string::npos;
+    for (const double value : outside) {
+      if (whole && std::abs(value) > 1e15) continue;
+      std::string text = fmt::format("{}", value);
+      if (!whole && text.find_first_of(".e") == std::string::npos) text += ".0";
+      if (is_list(key)) text = fmt::format("[{0}, {0}, {0}]", text);
+      EXPECT_THAT(complaint(key.name, text),
+                  AllOf(HasSubstr("'" + key.name + "'"), HasSubstr("must be")))
+          << text << ", allowed: " << key.allowed;
+      ++bounds;
+    }
+  }
+  EXPECT_GT(bounds, 40);
+}
+
+TEST(BadSettings, UnknownKeysAreOfferedTheNearest) {
+  for (const Key& key : all_keys()) {
+    std::string mistyped = key.name;
+    std::swap(mistyped[mistyped.size() - 1], mistyped[mistyped.size() - 2]);
+    if (mistyped == key.name || mistyped.back() == '.') mistyped = key.name + key.name.back();
+    EXPECT_THAT(complaint(mistyped, "1"), AllOf(HasSubstr("unknown key '" + mistyped + "'"),
+                                                HasSubstr("'" + key.name + "'")));
+  }
+}
+
+TEST(BadSettings, MissingKeysAreNamed) {
+  int required = 0;
+  for (const Key& key : all_keys()) {
+    if (key.allowed.find("required") == std::string::npos) continue;
+    ++required;
+    std::vector<std::string> lines;
+    for (const std::string& line : good)
+      if (!line.starts_with(key.name + "=")) lines.push_back(line);
+    try {
+      parse_settings("", "fluid.toml", lines);
+      ADD_FAILURE() << key.name;
+    } catch (const UserError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("'" + key.name + "' is missing"));
+    }
+  }
+  EXPECT_EQ(required, 5);
+}
+
+TEST(BadSettings, NumbersThatNoMachineCanCompute) {
+  EXPECT_THAT(complaint("time.step", "1e-300"), AllOf(HasSubstr("'time.end'"), HasSubstr("steps")));
+  EXPECT_THAT(complaint("grid.cells", "[1048576, 1048576, 1048576]"), HasSubstr("cells in all"));
+  EXPECT_THAT(complaint("time.cfl", "5.0"), HasSubstr("'time.cfl' is 5.0"));
+}
+
+/// Allowed, but hardly meant: a warning each, and none for a scene that makes sense.
+TEST(BadSettings, DoubtsAreSpoken) {
+  const auto spoken = [](std::vector<std::string> more) {
+    std::vector<std::string> lines = good;
+    lines.insert(lines.end(), more.begin(), more.end());
+    const Settings s = parse_settings("", "fluid.toml", lines);
+    std::string all;
+    for (const std::string& doubt : doubts(s, derive_numbers(s))) all += doubt + "\n";
+    return all;
+  };
+  const std::string driven = "flow.driving=\"bulk_velocity\"";
+  EXPECT_EQ(spoken({driven, "flow.bulk_velocity=1.0"}), "");
+  EXPECT_THAT(spoken({driven, "fluid.kinematic_viscosity=1e-4"}), HasSubstr("wall units"));
+  EXPECT_THAT(spoken({driven, "time.step=0.2"}), HasSubstr("1.6 cells a step"));
+  EXPECT_THAT(spoken({"flow.bulk_velocity=1.0"}), HasSubstr("'flow.bulk_velocity'"));
+  EXPECT_THAT(spoken({"flow.pressure_gradient=1.0"}), HasSubstr("'flow.pressure_gradient'"));
+  EXPECT_THAT(spoken({"start.disturbance=0.1"}), HasSubstr("'start.disturbance'"));
+  EXPECT_THAT(spoken({"statistics.every=1", "statistics.from=2.0"}),
+              HasSubstr("'statistics.from'"));
+}
+
+/// Texts of all scenes with a few random changes each: bytes, lines, numbers, brackets.
+TEST(BadSettings, SpoiltTextsAreReadOrRefused) {
+  std::vector<std::string> texts;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(BEDLOAD_INPUTS))
+    if (entry.path().extension() == ".toml") {
+      std::ifstream file(entry.path());
+      texts.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+    }
+  ASSERT_GT(texts.size(), 5u);
+  const std::vector<std::string> pieces{"[",
+                                        "]",
+                                        "[[",
+                                        "{",
+                                        "}",
+                                        "\"",
+                                        "\"\"\"",
+                                        "=",
+                                        "=\n",
+                                        ".",
+                                        "#",
+                                        "1e999",
+                                        "-",
+                                        "nan",
+                                        "\\u0000",
+                                        "\xff\xfe",
+                                        "\n[grid]\n",
+                                        "0x7fffffffffffffff",
+                                        "99999999999999999999",
+                                        ","};
+  std::mt19937 random(20240607);
+  const auto below = [&](std::size_t n) {
+    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random);
+  };
+  int refused = 0, read = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    std::string text = texts[below(texts.size())];
+    for (std::size_t changes = 1 + below(4); changes > 0 && !text.empty(); --changes) {
+      const std::size_t at = below(text.size());
+      switch (below(6)) {
+        case 0:
+          text[at] = static_cast<char>(below(256));
+          break;
+        case 1:
+          text.erase(at, 1 + below(40));
+          break;
+        case 2:
+          text.insert(at, pieces[below(pieces.size())]);
+          break;
+        case 3:
+          text.insert(at, text.substr(below(text.size()), below(80)));
+          break;
+        case 4:
+          text.insert(at, std::string(1 + below(2000), "[{"[below(2)]));
+          break;
+        default:
+          text.resize(at);
+      }
+    }
+    try {
+      parse_settings(text, "fluid.toml");
+      ++read;
+    } catch (const UserError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("fluid.toml"));
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 300);
+  EXPECT_GT(read, 200);
+}
+
+}  // namespace
+}  // namespace bedload
