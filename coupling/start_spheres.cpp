@@ -14,7 +14,7 @@
 namespace bedload {
 namespace {
 
-constexpr double deepest = 0.1;  // of the smaller radius
+constexpr double deepest = 0.5;  // of the smaller radius
 
 void check_walls(const Settings& s, const SphereState& sphere) {
   const std::array ends{s.boundary.x, s.boundary.y, s.boundary.z};

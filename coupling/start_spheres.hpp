@@ -8,8 +8,8 @@
 namespace bedload {
 
 /// Throws UserError with one sentence when a mobile sphere starts inside another sphere or a wall
-/// by more than a tenth of a radius, which contact models answer with an explosion. What a bed's
-/// spheres do among themselves and with walls is nobody's business: they stay.
+/// by more than half a radius, which nobody means. What a bed's spheres do among themselves and
+/// with walls is nobody's business: they stay.
 void check_start(const Settings& settings, std::span<const SphereState> spheres);
 
 }  // namespace bedload

@@ -34,7 +34,7 @@ def checkpoints(out):
 def spoken(output):
     """What the programs said of their end, one sentence each."""
     return [text for text in output.splitlines()
-            if text.startswith("bedload-") and "WARNING" not in text]
+            if text.startswith("bedload-") and "WARNING" not in text and "caution" not in text]
 
 
 def numbers(file):

@@ -1,9 +1,8 @@
 """A run that goes on is the run itself, whatever it consists of: blocks along z, statistics, a step
-that follows the flow, grains that LIGGGHTS inserts by chance, each contact model."""
+that follows the flow, each contact model."""
 
 import shutil
 
-import h5py
 import numpy as np
 import pytest
 
@@ -11,11 +10,6 @@ from pocket import SCENE, checkpoint, job, numbers, same_numbers
 
 HALF = 24  # steps up to the first checkpoint
 EVERY = ["--set", f"checkpoint.every={HALF * 0.02}"]
-INSERT = """fix shape all particletemplate/sphere 15485863 atom_type 2 density constant 2.5 radius constant 0.3
-fix shapes all particledistribution/discrete 32452843 1 shape 1.0
-region top block 0.4 3.6 2.3 2.6 0.4 1.6 units box
-fix rain grains insert/pack seed 49979687 distributiontemplate shapes insert_every 120 overlapcheck yes vel constant 0.3 -0.2 0. region top ntry_mc 1001 volumefraction_region 0.04
-"""
 ACTM = "model actm tangential haff_werner"
 RPM = dict(settings="range 0.25")
 VARIANTS = {
@@ -24,7 +18,6 @@ VARIANTS = {
     "statistics": dict(fluid=["--set", "statistics.every=1", "--set",
                               "statistics.spectra_heights=[1.5]"], files=["statistics.h5"]),
     "cfl": dict(fluid=["--set", "time.cfl=0.35", "--set", "time.step=0.04"], restless=True),
-    "insertion": dict(lines=INSERT, ranks=(1, 2), more_grains=True),
     "rpm": dict(model="model rpm", **RPM),
     "rpm_hw": dict(model="model rpm tangential haff_werner", **RPM),
     "actm": dict(model="model actm"),
@@ -40,8 +33,6 @@ def script(folder, variant):
         text = text.replace(f"wall/gran {ACTM} primitive type 1 yplane 0.0",
                             f"wall/gran {variant['model']} primitive type 1 yplane 0.0 {settings}")
         assert ACTM not in text
-    if "lines" in variant:
-        text = text.replace("\ncoupled_run", f"\n{variant['lines']}coupled_run")
     (folder / "in.liggghts").write_text(text)
     return folder / "in.liggghts"
 
@@ -70,9 +61,6 @@ def test_it_goes_on_as_if_nothing_had_been(tmp_path, name):
         assert (whole / file).read_bytes() == (again / file).read_bytes(), file
     if variant.get("restless"):
         assert len(set(column(whole / "history.csv", "dt"))) > 1, "the step should have changed"
-    if variant.get("more_grains"):
-        count = [len(tags) for tags in tags_by_step(whole)]
-        assert count[-1] > count[first] > 2, "grains should have come before and after it"
 
     if ranks != (1, 1):
         return
@@ -91,9 +79,3 @@ def test_it_goes_on_as_if_nothing_had_been(tmp_path, name):
 def column(table, name):
     lines = [line.split(",") for line in table.read_text().splitlines()]
     return [line[lines[0].index(name)] for line in lines[1:]]
-
-
-def tags_by_step(out):
-    with h5py.File(out / "spheres.h5") as file:
-        step, tag = file["mobile/step"][:], file["mobile/tag"][:]
-    return [tag[step == one] for one in np.unique(step)]
