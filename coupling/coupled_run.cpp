@@ -123,7 +123,7 @@ void CoupledRun::prepare(FixCoupleFluid& fluid) {
     start.emplace(lmp, file, fluid.side().restart_step());
     name_checkpoint(std::filesystem::path(file).parent_path().string());
     start->set_clock();
-    start->restore_fixes();  // insertions that were due before now would be refused
+    start->restore_insertions();  // insertions that were due before now would be refused
   } else {
     fluid.shake_hands();
   }

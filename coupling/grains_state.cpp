@@ -204,19 +204,22 @@ void GrainsState::set_clock() const {
   lmp_->update->atimestep = time_step_of_time_;
 }
 
-void GrainsState::restore_fixes() {
-  for (const FixPart& part : fix_parts_)
-    if (LAMMPS_NS::Fix* fix =
-            lmp_->modify->find_fix_id_style(part.id.c_str(), part.style.c_str())) {
-      std::vector<char> bytes = part.bytes;
-      if (!bytes.empty()) fix->restart(bytes.data());
-    }
+void GrainsState::restore_insertions() { restore_fixes("insert/"); }
+
+void GrainsState::restore_fixes(std::string_view style) {
+  for (const FixPart& part : fix_parts_) {
+    LAMMPS_NS::Fix* const fix =
+        lmp_->modify->find_fix_id_style(part.id.c_str(), part.style.c_str());
+    if (fix == nullptr || part.bytes.empty() || !part.style.starts_with(style)) continue;
+    std::vector<char> bytes = part.bytes;
+    fix->restart(bytes.data());
+  }
 }
 
 void GrainsState::put_back() {
   together(lmp_->world, [&] { check_fixes(); });
   LAMMPS_NS::Atom& atom = *lmp_->atom;
-  restore_fixes();
+  restore_fixes("");
   if (atom.map_style != 0) atom.map_clear();
   atom.nlocal = atom.nghost = 0;
   const bool same_ranks = std::equal(ranks_.begin(), ranks_.end(), lmp_->comm->procgrid);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -32,9 +33,9 @@ class GrainsState {
   /// Step number and time. To be set before fixes are initialised.
   void set_clock() const;
 
-  /// Sets the fixes' own states (insertions, counters, random numbers). To be called before fixes
-  /// are initialised, where they compare with the clock; put_back() does it again behind that.
-  void restore_fixes();
+  /// Sets the insertion fixes' own states. To be called before fixes are initialised, where they
+  /// compare their next step with the clock; put_back() does it again behind that.
+  void restore_insertions();
 
   /// Replaces all spheres, and sets the fixes' own states. To be called when LIGGGHTS and its fixes
   /// are initialised, before the integrator's setup(). Throws UserError when the script has other
@@ -52,6 +53,8 @@ class GrainsState {
     std::vector<char> bytes;
   };
   std::string source() const;
+  /// Of all fixes whose style begins with `style`.
+  void restore_fixes(std::string_view style);
   std::vector<std::string> fixes_of_spheres() const;
   std::vector<LAMMPS_NS::Fix*> fixes_with_restart_alone() const;
   void check_fixes() const;
