@@ -2,6 +2,10 @@
 
 #include <cstring>
 
+// Lanes are wider than the registers of a processor without AVX, so functions that hand them on
+// have another ABI there. None has: all of them, here and where lanes are used, are inlined.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
 namespace bedload {
 
 /// Four values side by side, for short loops that the compiler would cut into halves or not

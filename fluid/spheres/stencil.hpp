@@ -134,7 +134,7 @@ template <class Real>
 inline Real interpolate(const Stencil<Real>& s, const Real* origin, std::ptrdiff_t plane) {
   const std::array<Real, 3> y = s.all(s.y), z = s.all(s.z);
   const Real* first = origin + s.first;
-  const auto across_z = [&](const Real* row) {
+  const auto across_z = [&](const Real* row) __attribute__((always_inline)) {
     return z[0] * load(row) + z[1] * load(row + s.rows[0]) + z[2] * load(row + s.rows[1]);
   };
   const Lanes<Real> line =

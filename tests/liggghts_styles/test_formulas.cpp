@@ -19,7 +19,7 @@ TEST(Calibration, UndampedCollisionInClosedForm) {
   const double largest = std::pow(1.25, 0.4);
   const double tau =
       2 * largest * std::sqrt(std::numbers::pi) * std::tgamma(1.4) / std::tgamma(0.9);
-  EXPECT_NEAR(c.restitution, 1.0, 1e-14);
+  EXPECT_NEAR(c.restitution, 1.0, 1e-13);  // round-off of 6000 steps
   EXPECT_NEAR(c.duration, tau, 1e-11);
   EXPECT_NEAR(c.largest_overlap, largest, 1e-6);  // sampled
   EXPECT_NEAR(tau, 3.218, 5e-4);                  // printed by Ray, Kempe and Fröhlich
