@@ -42,11 +42,11 @@ class PhaseClock {
 /// Numbers of the fields that a phase moves between memory and processor, per cell and stage, mean
 /// over the three stages. Lines that the sweep has just used count as being in the cache; a write
 /// counts once. `old_pressure`: the predictor takes the old pressure's gradient and stands apart
-/// from the divergence (spheres).
+/// from the divergence (spheres; planes above all of them are swept at once and move less).
 ///
 ///   momentum      reads u, v, w, writes them (6); the tendency is written, both, read (12/3 = 4)
-///   elimination   writes the right-hand side, reads the coefficients (1 + 1/2)
-///   substitution  reads both again
+///   elimination   writes the right-hand side; the coefficients that planes share stay in the cache
+///   substitution  reads it again
 ///   correction    reads and writes u, v, w (6); writes p in the last stage (1/3), with the old
 ///                 pressure reads and writes it in each (2)
 constexpr double numbers_moved(FlowPhase phase, bool old_pressure) {
@@ -57,7 +57,7 @@ constexpr double numbers_moved(FlowPhase phase, bool old_pressure) {
       return old_pressure ? 3.0 : 0.0;
     case FlowPhase::elimination:
     case FlowPhase::substitution:
-      return 1.5;
+      return 1.0;
     case FlowPhase::correction:
       return 6.0 + (old_pressure ? 2.0 : 1.0 / 3.0);
     case FlowPhase::coupling:
