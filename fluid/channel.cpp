@@ -30,7 +30,8 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
     : settings_(settings),
       grid_(make_grid(settings)),
       slabs_(grid_, comm,
-             cuts.y.empty() ? choose_cuts(grid_, spheres, rank_count(comm), settings.ranks.along_z)
+             cuts.y.empty() ? choose_cuts(grid_, spheres, rank_count(comm), settings.ranks.along_z,
+                                          settings.spheres.forcing_loops)
                             : cuts),
       walls_(grid_, slabs_),
       velocity_(grid_, slabs_.extent(), 3, 1),

@@ -7,14 +7,18 @@
 #include <limits>
 #include <numbers>
 
+#include "fluid/block_map.hpp"
 #include "fluid/errors.hpp"
 
 namespace bedload {
 namespace {
 
-constexpr double marker_cost = 8.0;  // in cells: two loops, or one where a fourth of them move
-constexpr double up_share = 0.7;     // of a cell's time: predictor and the way up
-constexpr double value_cost = 0.4;   // in cells: a number packed, sent, received and unpacked
+// In units of a cell's time in a stage; measured on one rank, but for value_cost (README.md, "On
+// many ranks").
+constexpr double loop_cost = 5.0;      // a marker in one loop of forcing
+constexpr double placing_cost = 35.0;  // a mobile sphere's marker: found and weighed
+constexpr double up_share = 0.7;       // of a cell's time: predictor and the way up
+constexpr double value_cost = 0.4;     // a number packed, sent, received and unpacked
 
 /// Cells along one direction that a sphere covers, with the share of its extent in each.
 struct Cover {
@@ -34,6 +38,19 @@ std::vector<Cover> cover(const Grid& grid, const SphereState& sphere, int direct
     covered.push_back({cell, inside / diameter});
   }
   return covered;
+}
+
+/// Notes which cuts a sphere concerns on both sides (BlockMap); crossed[n]: the one before cell n.
+void note_crossed(const Grid& grid, const SphereState& sphere, int direction,
+                  std::vector<char>& crossed) {
+  const int cells = grid.cells[static_cast<std::size_t>(direction)];
+  const double middle = sphere.position[direction] / grid.h;
+  const double width = sphere.radius / grid.h + BlockMap::reach;
+  for (int n = static_cast<int>(std::floor(middle - width)) + 1; n < middle + width; ++n) {
+    const int cut = grid.periodic(direction) ? ((n % cells) + cells) % cells : n;
+    if (grid.periodic(direction) || (cut > 0 && cut < cells))
+      crossed[static_cast<std::size_t>(cut)] = 1;
+  }
 }
 
 bool fits(const Grid& grid, int y_parts, int z_parts) {
@@ -66,18 +83,23 @@ bool divisible(const Grid& grid, int ranks) {
 
 }  // namespace
 
-MarkerMap::MarkerMap(const Grid& grid, std::span<const SphereState> spheres)
+ForcingWork::ForcingWork(const Grid& grid, std::span<const SphereState> spheres, int loops)
     : rows_count_(grid.cells[2]),
       planes_(static_cast<std::size_t>(grid.cells[1]), 0.0),
       rows_(static_cast<std::size_t>(grid.cells[2]), 0.0),
-      below_((planes_.size() + 1) * (rows_.size() + 1), 0.0) {
+      below_((planes_.size() + 1) * (rows_.size() + 1), 0.0),
+      plane_crossed_(planes_.size(), 0),
+      row_crossed_(rows_.size(), 0) {
   for (const SphereState& sphere : spheres) {
     const double diameter = 2.0 * sphere.radius / grid.h;
     const double markers = std::numbers::pi * diameter * diameter;
+    const double work = markers * (loop_cost * loops + (sphere.mobile ? placing_cost : 0.0));
+    note_crossed(grid, sphere, 1, plane_crossed_);
+    note_crossed(grid, sphere, 2, row_crossed_);
     const std::vector<Cover> across = cover(grid, sphere, 2);
     for (const Cover& y : cover(grid, sphere, 1))
       for (const Cover& z : across) {
-        const double here = markers * y.share * z.share;
+        const double here = work * y.share * z.share;
         planes_[static_cast<std::size_t>(y.cell)] += here;
         rows_[static_cast<std::size_t>(z.cell)] += here;
         below_[at(y.cell + 1, z.cell + 1)] += here;
@@ -88,38 +110,54 @@ MarkerMap::MarkerMap(const Grid& grid, std::span<const SphereState> spheres)
       below_[at(j, k)] += below_[at(j - 1, k)] + below_[at(j, k - 1)] - below_[at(j - 1, k - 1)];
 }
 
-std::size_t MarkerMap::at(int j, int k) const {
+std::size_t ForcingWork::at(int j, int k) const {
   return static_cast<std::size_t>(j) * (static_cast<std::size_t>(rows_count_) + 1) +
          static_cast<std::size_t>(k);
 }
 
-double MarkerMap::block(int first_plane, int end_plane, int first_row, int end_row) const {
+double ForcingWork::block(int first_plane, int end_plane, int first_row, int end_row) const {
   return below_[at(end_plane, end_row)] - below_[at(first_plane, end_row)] -
          below_[at(end_plane, first_row)] + below_[at(first_plane, first_row)];
 }
 
-double stage_time(const Grid& grid, const MarkerMap& markers, const Cuts& cuts) {
+double stage_time(const Grid& grid, const ForcingWork& forcing, const Cuts& cuts) {
   const double nx = grid.cells[0];
+  const auto crosses_plane = [&](int first) { return forcing.crosses_plane(first); };
+  const auto crosses_row = [&](int first) { return forcing.crosses_row(first); };
+  // Cut 0 is the seam of a periodic direction.
+  const bool rows_cross =
+      cuts.z_parts() > 1 && std::any_of(cuts.z.begin(), cuts.z.end() - 1, crosses_row);
+  const bool seam_crosses = cuts.y_parts() > 1 && forcing.crosses_plane(0);
   double longest_up = 0.0, longest_down = 0.0, most_sent = 0.0;
-  for (std::size_t y = 0; y + 1 < cuts.y.size(); ++y)
-    for (std::size_t z = 0; z + 1 < cuts.z.size(); ++z) {
-      const double planes = cuts.y[y + 1] - cuts.y[y], rows = cuts.z[z + 1] - cuts.z[z];
-      double sent = 0.0;
-      if (cuts.y_parts() > 1) sent += nx * rows * (6.0 + 6.0);
-      if (cuts.z_parts() > 1)
-        sent += nx * planes * (6.0 + 2.0 * rows * (1.0 - 1.0 / cuts.z_parts()));
-      const double cells = nx * planes * rows;
-      const double here = markers.block(cuts.y[y], cuts.y[y + 1], cuts.z[z], cuts.z[z + 1]);
-      longest_up = std::max(longest_up, up_share * cells + marker_cost * here);
-      longest_down = std::max(longest_down, (1.0 - up_share) * cells);
-      most_sent = std::max(most_sent, sent);
-    }
+  for (auto slab = cuts.y.begin(); slab + 1 != cuts.y.end();) {
+    // Slabs from here to `end` wait for each other.
+    const auto end = std::find_if_not(slab + 1, cuts.y.end() - 1, crosses_plane);
+    const bool wait = rows_cross || seam_crosses || end - slab > 1;
+    double predictor = 0.0, spheres = 0.0, both = 0.0;
+    for (; slab != end; ++slab)
+      for (auto part = cuts.z.begin(); part + 1 != cuts.z.end(); ++part) {
+        const double planes = slab[1] - slab[0], rows = part[1] - part[0];
+        const double cells = nx * planes * rows;
+        const double here = forcing.block(slab[0], slab[1], part[0], part[1]);
+        predictor = std::max(predictor, up_share * cells);
+        spheres = std::max(spheres, here);
+        both = std::max(both, up_share * cells + here);
+        longest_down = std::max(longest_down, (1.0 - up_share) * cells);
+        double sent = 0.0;
+        if (cuts.y_parts() > 1) sent += nx * rows * (6.0 + 6.0);
+        if (cuts.z_parts() > 1)
+          sent += nx * planes * (6.0 + 2.0 * rows * (1.0 - 1.0 / cuts.z_parts()));
+        most_sent = std::max(most_sent, sent);
+      }
+    longest_up = std::max(longest_up, wait ? predictor + spheres : both);
+  }
   return longest_up + longest_down + value_cost * most_sent;
 }
 
-Cuts choose_cuts(const Grid& grid, std::span<const SphereState> spheres, int ranks, int z_parts) {
-  constexpr int trials = 10;
-  const MarkerMap markers(grid, spheres);
+Cuts choose_cuts(const Grid& grid, std::span<const SphereState> spheres, int ranks, int z_parts,
+                 int loops) {
+  constexpr int trials = 30;
+  const ForcingWork forcing(grid, spheres, loops);
   const double nx = grid.cells[0], ny = grid.cells[1], nz = grid.cells[2];
   std::vector<double> planes(static_cast<std::size_t>(grid.cells[1]));
   std::vector<double> rows(static_cast<std::size_t>(grid.cells[2]));
@@ -129,13 +167,16 @@ Cuts choose_cuts(const Grid& grid, std::span<const SphereState> spheres, int ran
     if (ranks % parts != 0 || (z_parts > 0 && parts != z_parts)) continue;
     if (!fits(grid, ranks / parts, parts)) continue;
     for (int trial = 0; trial <= trials; ++trial) {
-      const double weight = marker_cost / up_share * trial / trials;
+      const double share = double(trial) / trials;  // 1/2: as for ranks that do not wait
+      const auto weighted = [share](double cells, double work) {
+        return (1.0 - share) * cells + share * work / up_share;
+      };
       for (std::size_t j = 0; j < planes.size(); ++j)
-        planes[j] = nx * nz + weight * markers.plane(static_cast<int>(j));
+        planes[j] = weighted(nx * nz, forcing.plane(static_cast<int>(j)));
       for (std::size_t k = 0; k < rows.size(); ++k)
-        rows[k] = nx * ny + weight * markers.row(static_cast<int>(k));
+        rows[k] = weighted(nx * ny, forcing.row(static_cast<int>(k)));
       Cuts cuts{.y = divide_evenly(planes, ranks / parts), .z = divide_evenly(rows, parts)};
-      const double time = stage_time(grid, markers, cuts);
+      const double time = stage_time(grid, forcing, cuts);
       if (time >= shortest) continue;
       shortest = time;
       best = std::move(cuts);

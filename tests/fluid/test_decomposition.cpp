@@ -121,36 +121,61 @@ TEST(FieldLayout, RelabelMovesPlanesWithoutTouchingThem) {
   EXPECT_EQ(reinterpret_cast<std::uintptr_t>(field.row(0, 0, 0)) % cache_line, 0u);
 }
 
-const Grid bed_grid{.cells = {16, 20, 16}, .length = {1.6, 2.0, 1.6}, .h = 0.1};
+const Grid bed_grid{.cells = {16, 20, 16},
+                    .length = {1.6, 2.0, 1.6},
+                    .h = 0.1,
+                    .walls = {{{Wall::periodic, Wall::periodic},
+                               {Wall::no_slip, Wall::free_slip},
+                               {Wall::periodic, Wall::periodic}}}};
 
-std::vector<SphereState> heap(int spheres) {
-  return std::vector<SphereState>(static_cast<std::size_t>(spheres),
-                                  {.position = {0.8, 0.4, 0.8}, .radius = 0.4});
+/// Fixed spheres in one place on the floor.
+std::vector<SphereState> heap(int spheres, double radius = 0.4) {
+  return std::vector<SphereState>(
+      static_cast<std::size_t>(spheres),
+      {.position = {0.8, radius, 0.8}, .radius = radius, .mobile = false});
 }
 
-// Up to the coupling of the slabs cells and markers of a rank add up, after it cells alone count. A
-// sphere at the floor brings the cut down, by less than its markers weigh: with n planes of 256
-// cells below it and 201 markers in the lowest 8 planes, 0.7 256 n + 8 201 n/8 passes
-// 0.7 256 (20 - n) + 8 201 (1 - n/8) between 6 and 7 and 7 makes the sum with 0.3 256 (20 - n)
-// shorter. So many markers that they rule are halved.
+// Two slabs, n planes of 256 cells in the lower one; loads in cells, a marker in one loop is 5.
+// Spheres of 8 planes come within reach (4 cells) of cuts up to n = 11; the slabs then wait for
+// each other between predictor and forcing: 256 max(n, 20 - n) + all max(n/8, 1 - n/8).
+//   One sphere, 201 markers, 1005 cells: n = 10 with 2560 + 1005 beats n = 4 with 4096 + 503.
+//   Four spheres: n = 4 with 4096 + 2011 beats n = 10 with 2560 + 4021.
+// Spheres of 4 planes leave cuts from n = 8 free: ten of them, 2513 cells, cost
+// 0.7 256 n + 2513 + 0.3 256 (20 - n), n = 8: 4869; half of them each, n = 2: 18 256 + 1257 = 5865.
 TEST(ChooseCuts, WeighsTheSlowestRankOfEachPhase) {
-  const auto second_slab = [&](int spheres) {
-    return choose_cuts(bed_grid, heap(spheres), 2, 1).y.at(1);
+  const auto second_slab = [&](const std::vector<SphereState>& spheres) {
+    return choose_cuts(bed_grid, spheres, 2, 1).y.at(1);
   };
-  EXPECT_EQ(second_slab(0), 10);
-  EXPECT_EQ(second_slab(1), 7);
-  EXPECT_EQ(second_slab(1000), 4);
+  EXPECT_EQ(second_slab({}), 10);
+  EXPECT_EQ(second_slab(heap(1)), 10);
+  EXPECT_EQ(second_slab(heap(4)), 4);
+  EXPECT_EQ(second_slab(heap(10, 0.2)), 8);
 }
 
-TEST(MarkerMap, HoldsAllMarkersInTheirPlanesAndRows) {
-  const MarkerMap map(bed_grid, heap(3));
-  const double all = 3.0 * M_PI * 64.0;  // pi (D/h)^2 each
-  EXPECT_NEAR(map.block(0, 20, 0, 16), all, 1e-9);
-  EXPECT_NEAR(map.block(0, 4, 0, 16), 0.5 * all, 1e-9);
-  EXPECT_NEAR(map.block(0, 20, 8, 16), 0.5 * all, 1e-9);
-  EXPECT_NEAR(map.block(8, 20, 0, 16), 0.0, 1e-9);
-  EXPECT_NEAR(map.plane(7), all / 8.0, 1e-9);
-  EXPECT_EQ(map.row(3), 0.0);
+TEST(ForcingWork, CountsAllMarkersInTheirPlanesAndRows) {
+  const double all = 5.0 * 3.0 * M_PI * 64.0;  // five cells for each of pi (D/h)^2 markers
+  const ForcingWork work(bed_grid, heap(3), 1);
+  EXPECT_NEAR(work.block(0, 20, 0, 16), all, 1e-9);
+  EXPECT_NEAR(work.block(0, 4, 0, 16), 0.5 * all, 1e-9);
+  EXPECT_NEAR(work.block(0, 20, 8, 16), 0.5 * all, 1e-9);
+  EXPECT_NEAR(work.block(8, 20, 0, 16), 0.0, 1e-9);
+  EXPECT_NEAR(work.plane(7), all / 8.0, 1e-9);
+  EXPECT_EQ(work.row(3), 0.0);
+  EXPECT_NEAR(ForcingWork(bed_grid, heap(3), 2).block(0, 20, 0, 16), 2.0 * all, 1e-9);
+  std::vector<SphereState> moving = heap(3);
+  for (SphereState& sphere : moving) sphere.mobile = true;
+  EXPECT_NEAR(ForcingWork(bed_grid, moving, 2).block(0, 20, 0, 16), (2.0 + 7.0) * all, 1e-9);
+}
+
+// Planes 0 to 7, rows 4 to 11, less than four cells more on each side; through a seam, too.
+TEST(ForcingWork, KnowsWhichCutsSpheresCross) {
+  const ForcingWork work(bed_grid, heap(1), 1);
+  for (int j = 0; j < 20; ++j) EXPECT_EQ(work.crosses_plane(j), j >= 1 && j <= 11) << j;
+  for (int k = 0; k < 16; ++k) EXPECT_EQ(work.crosses_row(k), k >= 1 && k <= 15) << k;
+  Grid no_floor = bed_grid;
+  no_floor.walls[1] = {Wall::periodic, Wall::periodic};
+  const ForcingWork around(no_floor, heap(1), 1);
+  for (int j = 0; j < 20; ++j) EXPECT_EQ(around.crosses_plane(j), j <= 11 || j >= 17) << j;
 }
 
 // Slabs as long as they are not thin: coupling them sends some planes, dividing rows all cells
