@@ -12,6 +12,7 @@
 #include "comm.h"
 #include "coupling/attach.hpp"
 #include "coupling/clock.hpp"
+#include "coupling/roles.hpp"
 #include "coupling/stages.hpp"
 #include "domain.h"
 #include "fix_gravity.h"
@@ -122,7 +123,9 @@ void FixCoupleFluid::pre_delete(bool unfixflag) {
   modify->delete_fix(kept_name);
 }
 
-int FixCoupleFluid::setmask() { return LAMMPS_NS::FixConst::POST_FORCE; }
+int FixCoupleFluid::setmask() {
+  return LAMMPS_NS::FixConst::POST_INTEGRATE | LAMMPS_NS::FixConst::POST_FORCE;
+}
 
 void FixCoupleFluid::init() {
   if (!run_allowed_)
@@ -153,6 +156,41 @@ void* FixCoupleFluid::extract(const char* name, int& dim) {
   if (wanted == "fluid_density") return &fluid_density_;
   if (wanted == "cell_size") return &cell_size_;
   return nullptr;
+}
+
+// Before LIGGGHTS looks for the rank that a sphere belongs to now, and drops it without a word
+// where there is none.
+void FixCoupleFluid::post_integrate() { check_motion(); }
+
+// (|v| + |omega| R) dt <= R: beyond that contacts are missed.
+void FixCoupleFluid::check_motion() const {
+  for (int i = 0; i < atom->nlocal; ++i) {
+    if (!is_mobile(atom->mask[i])) continue;
+    const Vec3 x = vec3(triple(atom->x[i])), v = vec3(triple(atom->v[i]));
+    const double speed = v.norm() + vec3(triple(atom->omega[i])).norm() * atom->radius[i];
+    const char* what = nullptr;
+    if (!(speed * update->dt <= atom->radius[i]))
+      what =
+          "moves by more than its radius in one step of LIGGGHTS; reduce 'time.step' of fluid.toml";
+    else if (!is_inside(x))
+      what =
+          "has left the box; put a 'fix wall/gran' where the box ends, or reduce 'time.step' of "
+          "fluid.toml";
+    if (what == nullptr) continue;
+    end_job(Program::dem, comm->me,
+            fmt::format(
+                "fix couple/fluid: step {}: atom {} at ({:.6g}, {:.6g}, {:.6g}) with velocity "
+                "({:.3g}, {:.3g}, {:.3g}) {}.",
+                side_->steps_made() + 1, atom->tag[i], x[0], x[1], x[2], v[0], v[1], v[2], what));
+  }
+}
+
+bool FixCoupleFluid::is_inside(const Vec3& position) const {
+  for (int d = 0; d < 3; ++d)
+    if (domain->periodicity[d] == 0 &&
+        !(position[d] >= domain->boxlo[d] && position[d] <= domain->boxhi[d]))
+      return false;
+  return true;
 }
 
 // f_i += F_i, torque_i += T_i, and the impulse that this gives to the spheres of this rank:
@@ -264,13 +302,14 @@ void FixCoupleFluid::project_forces() {
 }
 
 void FixCoupleFluid::send_motion() {
+  check_motion();
   if (done_.stage == 0) collisions_ = finished_collisions();
   done_.collisions = collisions_;
   done_.ended = clock_seconds();
   try {
     side_->send_motion(done_, states(false));
   } catch (const UserError& error) {
-    stop_run(lmp, fmt::format("fix couple/fluid: {}", error.what()));
+    end_job(Program::dem, comm->me, fmt::format("fix couple/fluid: {}", error.what()));
   }
 }
 

@@ -31,6 +31,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   int setmask() override;
   void init() override;
   void setup(int vflag) override;
+  void post_integrate() override;
   void post_force(int vflag) override;
   double compute_vector(int n) override;
 
@@ -58,6 +59,9 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   void put_back_forces();
 
   const LoadHeader& stage() const { return stage_.header; }
+  /// Ends the job where a mobile sphere is out of the box or moves by more than its radius in a
+  /// step.
+  void check_motion() const;
   /// Only coupled_run may move the spheres while this fix exists.
   void allow_run(bool allowed) { run_allowed_ = allowed; }
 
@@ -74,6 +78,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   std::int64_t finished_collisions() const;
   std::vector<StateRecord> states(bool with_fixed) const;
   void check_atoms() const;
+  bool is_inside(const Vec3& position) const;
 
   DemSide* side_;
   int fixed_bit_ = 0;

@@ -1,11 +1,14 @@
 #include "coupling/simulation.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "coupling/stages.hpp"
 #include "fluid/block_map.hpp"
+#include "fluid/errors.hpp"
 #include "fluid/runge_kutta.hpp"
 #include "fluid/spheres/gather.hpp"
 
@@ -56,6 +59,7 @@ void Simulation<Real>::make_step(bool last) {
     follow_energy(other);
     loads_ = timing_.measure(phases_.markers, [&] { return channel_.force_spheres(stage); });
     follow_energy(work_.forcing);
+    check_loads();
     add_to_mean(stage);
     const bool exchange = partner_ && partner_->dem_steps().exchange_in(stage);
     if (exchange)
@@ -95,6 +99,22 @@ void Simulation<Real>::move_spheres() {
   std::erase_if(spheres_, [](const SphereState& s) { return s.mobile; });
   spheres_.insert(spheres_.end(), motion_.mobile.begin(), motion_.mobile.end());
   channel_.move_spheres(motion_.mobile);
+}
+
+/// LIGGGHTS never hears of a load that is no number.
+template <class Real>
+void Simulation<Real>::check_loads() const {
+  for (const SphereLoad& load : loads_) {
+    if (load.force.allFinite() && load.torque.allFinite()) continue;
+    const auto sphere = std::find_if(spheres_.begin(), spheres_.end(),
+                                     [&](const SphereState& s) { return s.tag == load.tag; });
+    const Vec3 cell = sphere->position / channel_.grid().h;
+    throw UserError(fmt::format(
+        "{}: after step {} (t = {:.6g}): the fluid's load on sphere {} near cell ({:.0f}, {:.0f}, "
+        "{:.0f}) is not finite; reduce 'time.step' ({}).",
+        channel_.settings().file, channel_.step(), channel_.time(), load.tag, std::floor(cell[0]),
+        std::floor(cell[1]), std::floor(cell[2]), channel_.time_step()));
+  }
 }
 
 // mean of F over the step = sum over the stages of 2 alpha_k F_k

@@ -64,6 +64,7 @@ class Simulation {
  private:
   void begin_step();
   void move_spheres();
+  void check_loads() const;
   void add_to_mean(int stage);
   std::vector<SphereLoad> loads_to_send() const;
   void take_note();

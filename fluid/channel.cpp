@@ -494,11 +494,14 @@ void Channel<Real>::report_not_finite() const {
 template <class Real>
 void Channel<Real>::check_field() const {
   if (!std::isfinite(streamwise_sum_) || !std::isfinite(fastest_)) report_not_finite();
-  if (settings_.fluid.convection != Switch::off && cfl() > imaginary_limit)
-    throw UserError(fmt::format(
-        "{}: step {} (t = {:.6g}): the CFL number is {:.3g}, but the scheme is stable only up to "
-        "{:.3g}; set 'time.step' to at most {:.4g} (now {}).",
-        settings_.file, step_, time_, cfl(), imaginary_limit, dt_ * imaginary_limit / cfl(), dt_));
+  if (settings_.fluid.convection == Switch::off || cfl() <= imaginary_limit) return;
+  const auto [i, j, k] = find_fastest(velocity_, grid_, slabs_);
+  throw UserError(
+      fmt::format("{}: step {} (t = {:.6g}): the CFL number is {:.3g} near cell ({}, {}, {}), but "
+                  "the scheme is "
+                  "stable only up to {:.3g}; set 'time.step' to at most {:.4g} (now {}).",
+                  settings_.file, step_, time_, cfl(), i, j, k, imaginary_limit,
+                  dt_ * imaginary_limit / cfl(), dt_));
 }
 
 template <class Real>

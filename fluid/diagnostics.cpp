@@ -126,13 +126,40 @@ BadPlace find_not_finite(const Field<Real>& velocity, const Decomposition& slabs
   return {};
 }
 
+template <class Real>
+std::array<int, 3> find_fastest(const Field<Real>& velocity, const Grid& grid,
+                                const Decomposition& slabs) {
+  struct {
+    double speed;
+    int rank;
+  } best{-1.0, slabs.rank()};
+  std::array<int, 3> cell{};
+  for (int j = 0; j < velocity.planes(); ++j) {
+    const double stretch = stretch_at(grid, slabs.first() + j);
+    for (int k = 0; k < velocity.nz(); ++k) {
+      const Real *u = velocity.row(j, k, 0), *v = velocity.row(j, k, 1), *w = velocity.row(j, k, 2);
+      for (int i = 0; i < velocity.nx(); ++i) {
+        const double speed =
+            std::abs(double(u[i])) + stretch * std::abs(double(v[i])) + std::abs(double(w[i]));
+        if (speed <= best.speed) continue;
+        best.speed = speed;
+        cell = {i, slabs.first() + j, slabs.first_row() + k};
+      }
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &best, 1, MPI_DOUBLE_INT, MPI_MAXLOC, slabs.comm());
+  MPI_Bcast(cell.data(), 3, MPI_INT, best.rank, slabs.comm());
+  return cell;
+}
+
 #define BEDLOAD_INSTANTIATE(Real)                                                                 \
   template double kinetic_energy_integral(const Field<Real>&, const Grid&, const Decomposition&); \
   template double viscous_loss_integral(const Field<Real>&, const Grid&, const Decomposition&);   \
   template double largest_divergence(const Field<Real>&, const Grid&, const Decomposition&);      \
   template double streamwise_sum(const Field<Real>&, const Grid&, const Decomposition&);          \
   template double largest_local_speed(const Field<Real>&, const Grid&, const Decomposition&);     \
-  template BadPlace find_not_finite(const Field<Real>&, const Decomposition&);
+  template BadPlace find_not_finite(const Field<Real>&, const Decomposition&);                    \
+  template std::array<int, 3> find_fastest(const Field<Real>&, const Grid&, const Decomposition&);
 BEDLOAD_INSTANTIATE(float)
 BEDLOAD_INSTANTIATE(double)
 #undef BEDLOAD_INSTANTIATE

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 
 #include "fluid/decomposition.hpp"
 #include "fluid/field.hpp"
@@ -50,5 +51,10 @@ struct BadPlace {
 };
 template <class Real>
 BadPlace find_not_finite(const Field<Real>& velocity, const Decomposition& slabs);
+
+/// Global cell with the largest |u| + |v| h/dy + |w| of all ranks. Collective.
+template <class Real>
+std::array<int, 3> find_fastest(const Field<Real>& velocity, const Grid& grid,
+                                const Decomposition& slabs);
 
 }  // namespace bedload

@@ -46,7 +46,7 @@ class Cell:
 
 def kind_of_end(words: str) -> str:
     """A run that ended in a sentence: refused before its first step, stopped later, or blown up."""
-    step = re.search(r"step (\d+) \(t", words)
+    step = re.search(r"step (\d+)( \(t|:)", words)
     if step is None:
         refusals = ("'time.step'", "must be", "is stable only")
         return REFUSED if any(part in words for part in refusals) else UNSTABLE

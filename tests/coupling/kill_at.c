@@ -1,9 +1,12 @@
 // Preloaded into one program of a job, this kills it at a chosen moment, as kill -9 or the kernel
 // would: BEDLOAD_KILL="PROGRAM RANK CALL WHAT". CALL is write, rename, remove, send or transform;
 // WHAT is a part of the file's name, or the number of the call for send and transform.
+// BEDLOAD_POISON="PROGRAM RANK transform NUMBER" makes the first number of that transform a NaN
+// instead.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
+#include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,7 +18,8 @@ static const char* wanted(const char* call) {
   static char program[64], rank[16], name[16], what[256];
   static int known = 0;
   if (!known) {
-    const char* const order = getenv("BEDLOAD_KILL");
+    const char* const killing = getenv("BEDLOAD_KILL");
+    const char* const order = killing ? killing : getenv("BEDLOAD_POISON");
     const char* const mine = getenv("OMPI_COMM_WORLD_RANK");
     known = 1;
     if (!order || !mine || sscanf(order, "%63s %15s %15s %255s", program, rank, name, what) != 4 ||
@@ -40,13 +44,18 @@ static void at_descriptor(int file) {
   at_file("write", path);
 }
 
-static void at_count(const char* call) {
+static void at_count(const char* call, double* numbers) {
   static long count = 0;
   const char* const what = wanted(call);
-  if (what && ++count == atol(what)) kill(getpid(), SIGKILL);
+  if (!what || ++count != atol(what)) return;
+  if (getenv("BEDLOAD_KILL"))
+    kill(getpid(), SIGKILL);
+  else if (numbers)
+    numbers[0] = NAN;
 }
 
-#define NEXT(function) __typeof__(&function) next = (__typeof__(&function))dlsym(RTLD_NEXT, #function)
+#define NEXT(function) \
+  __typeof__(&function) next = (__typeof__(&function))dlsym(RTLD_NEXT, #function)
 
 ssize_t write(int file, const void* bytes, size_t size) {
   NEXT(write);
@@ -83,18 +92,19 @@ int remove(const char* path) {
   at_file("remove", path);
   return next(path);
 }
-int MPI_Isend(const void* buffer, int count, void* type, int to, int tag, void* comm, void* request) {
+int MPI_Isend(const void* buffer, int count, void* type, int to, int tag, void* comm,
+              void* request) {
   NEXT(MPI_Isend);
-  at_count("send");
+  at_count("send", NULL);
   return next(buffer, count, type, to, tag, comm, request);
 }
 void fftw_execute_dft(const void* plan, void* in, void* out) {
   NEXT(fftw_execute_dft);
-  at_count("transform");
+  at_count("transform", in);
   next(plan, in, out);
 }
 void fftw_execute_dft_r2c(const void* plan, double* in, void* out) {
   NEXT(fftw_execute_dft_r2c);
-  at_count("transform");
+  at_count("transform", in);
   next(plan, in, out);
 }
