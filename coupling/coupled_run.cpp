@@ -123,8 +123,8 @@ void CoupledRun::prepare(FixCoupleFluid& fluid) {
     const std::string& file = fluid.side().restart_file();
     start.emplace(lmp, file, fluid.side().restart_step());
     name_checkpoint(std::filesystem::path(file).parent_path().string());
+    start->let_insertions_pass();
     start->set_clock();
-    start->restore_insertions();  // insertions that were due before now would be refused
   } else {
     fluid.shake_hands();
   }
@@ -135,6 +135,7 @@ void CoupledRun::prepare(FixCoupleFluid& fluid) {
   lmp->init();
   if (start) {
     start->set_clock();  // which the integrator has begun anew
+    start->set_up_insertions();
     start->put_back();
     continue_dumps(*output, update->ntimestep);
     fluid.shake_hands();

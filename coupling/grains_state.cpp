@@ -68,6 +68,13 @@ std::string name_of(LAMMPS_NS::Fix& fix) {
   return fmt::format("{} ({}, {})", fix.id, fix.style, size);
 }
 
+std::vector<LAMMPS_NS::Fix*> insertions(LAMMPS_NS::Modify& modify) {
+  std::vector<LAMMPS_NS::Fix*> fixes;
+  for (int n = 0; n < modify.nfix; ++n)
+    if (std::string_view(modify.fix[n]->style).starts_with("insert/")) fixes.push_back(modify.fix[n]);
+  return fixes;
+}
+
 bool draws_random_numbers(std::string_view style) {
   return style.starts_with("insert/") || style.starts_with("particletemplate/") ||
          style.starts_with("particledistribution/");
@@ -204,22 +211,19 @@ void GrainsState::set_clock() const {
   lmp_->update->atimestep = time_step_of_time_;
 }
 
-void GrainsState::restore_insertions() { restore_fixes("insert/"); }
+void GrainsState::let_insertions_pass() const {
+  for (LAMMPS_NS::Fix* fix : insertions(*lmp_->modify))
+    fix->reset_timestep(step_, lmp_->update->ntimestep);
+}
 
-void GrainsState::restore_fixes(std::string_view style) {
-  for (const FixPart& part : fix_parts_) {
-    LAMMPS_NS::Fix* const fix =
-        lmp_->modify->find_fix_id_style(part.id.c_str(), part.style.c_str());
-    if (fix == nullptr || part.bytes.empty() || !part.style.starts_with(style)) continue;
-    std::vector<char> bytes = part.bytes;
-    fix->restart(bytes.data());
-  }
+void GrainsState::set_up_insertions() const {
+  for (LAMMPS_NS::Fix* fix : insertions(*lmp_->modify)) fix->setup(0);
 }
 
 void GrainsState::put_back() {
   together(lmp_->world, [&] { check_fixes(); });
   LAMMPS_NS::Atom& atom = *lmp_->atom;
-  restore_fixes("");
+  for (const FixPart& part : fix_parts_) restore(part);
   if (atom.map_style != 0) atom.map_clear();
   atom.nlocal = atom.nghost = 0;
   const bool same_ranks = std::equal(ranks_.begin(), ranks_.end(), lmp_->comm->procgrid);
@@ -244,12 +248,17 @@ void GrainsState::put_back() {
       *static_cast<int*>(in_lists) = 0;
 }
 
+/// Hands a fix what it wrote; one that this script does not have is passed over.
+void GrainsState::restore(const FixPart& part) const {
+  LAMMPS_NS::Fix* const fix = lmp_->modify->find_fix_id_style(part.id.c_str(), part.style.c_str());
+  if (fix == nullptr || part.bytes.empty()) return;
+  std::vector<char> bytes = part.bytes;
+  fix->restart(bytes.data());
+}
+
 void GrainsState::align_random_numbers() const {
   for (const FixPart& part : fix_parts_)
-    if (draws_random_numbers(part.style) && !part.bytes.empty()) {
-      std::vector<char> bytes = part.bytes;
-      lmp_->modify->find_fix_id_style(part.id.c_str(), part.style.c_str())->restart(bytes.data());
-    }
+    if (draws_random_numbers(part.style)) restore(part);
 }
 
 /// Name of every fix that keeps something per sphere, in the order of a packed sphere.

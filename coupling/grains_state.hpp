@@ -33,9 +33,14 @@ class GrainsState {
   /// Step number and time. To be set before fixes are initialised.
   void set_clock() const;
 
-  /// Sets the insertion fixes' own states. To be called before fixes are initialised, where they
-  /// compare their next step with the clock; put_back() does it again behind that.
-  void restore_insertions();
+  /// Moves the insertion fixes' next step to behind the state's, or they would refuse the clock. To
+  /// be called before set_clock().
+  void let_insertions_pass() const;
+
+  /// Lets insertion fixes do what they do once, at their first setup: they measure their regions with
+  /// random numbers of their own, as in the run that wrote the state. To be called when LIGGGHTS and
+  /// its fixes are initialised, before put_back(), which sets the random numbers.
+  void set_up_insertions() const;
 
   /// Replaces all spheres, and sets the fixes' own states. To be called when LIGGGHTS and its fixes
   /// are initialised, before the integrator's setup(). Throws UserError when the script has other
@@ -52,9 +57,7 @@ class GrainsState {
     std::string id, style;
     std::vector<char> bytes;
   };
-  std::string source() const;
-  /// Of all fixes whose style begins with `style`.
-  void restore_fixes(std::string_view style);
+  void restore(const FixPart& part) const;
   std::vector<std::string> fixes_of_spheres() const;
   std::vector<LAMMPS_NS::Fix*> fixes_with_restart_alone() const;
   void check_fixes() const;

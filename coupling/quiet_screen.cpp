@@ -1,6 +1,8 @@
 #include "coupling/quiet_screen.hpp"
 
+#include <fmt/format.h>
 #include <stdio.h>
+#include <unistd.h>
 
 #include <string_view>
 
@@ -8,6 +10,25 @@
 #include "coupling/survivors.hpp"
 
 namespace bedload {
+namespace {
+
+/// LIGGGHTS numbers the bins in which it looks for neighbouring triangles from the box and the largest
+/// triangle; copies through periodic ends may lie beyond them.
+constexpr std::string_view lost_triangle = "region_neighbor_list_I.h";
+constexpr const char* about_triangles =
+    "a mesh wall has triangles that LIGGGHTS cannot keep in a periodic box of this size: their "
+    "largest radius (centre to corner) has to lie between a sixth of the neighbour cut-off (largest "
+    "diameter and range, and skin) and the shortest periodic length less half that cut-off; divide or "
+    "join triangles, or write the wall as a primitive one";
+
+/// Several ranks may meet the same mistake at once; the first one speaks.
+bool another_speaks(std::string_view line) {
+  constexpr useconds_t a_moment = 200'000;
+  if (line.starts_with("ERROR on proc") && !line.starts_with("ERROR on proc 0")) usleep(a_moment);
+  return is_spoken_for();
+}
+
+}  // namespace
 
 QuietScreen::QuietScreen() {
   cookie_io_functions_t functions{};
@@ -30,9 +51,13 @@ void QuietScreen::take(const char* text, std::size_t size) {
     }
     if (line_.starts_with("ERROR")) {
       saw_error_ = true;
-      speak_for_all();
-      std::fprintf(stderr, "\n%s: %s%s\n", program_name(Program::dem), line_.c_str(),
-                   last_checkpoint_sentence().c_str());
+      if (!another_speaks(line_)) {
+        speak_for_all();
+        if (line_.find(lost_triangle) != std::string::npos)
+          line_ = fmt::format("ERROR: {} ({})", about_triangles, line_);
+        std::fprintf(stderr, "\n%s: %s%s\n", program_name(Program::dem), line_.c_str(),
+                     last_checkpoint_sentence().c_str());
+      }
     } else if (line_.starts_with("WARNING")) {
       std::fprintf(stderr, "\n%s: %s\n", program_name(Program::dem), line_.c_str());
     }

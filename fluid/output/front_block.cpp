@@ -31,9 +31,13 @@ struct Front {
   std::uint64_t bytes = 0, sum = 0;
 };
 
+/// Every byte counts: a block that is not exactly what a writer makes of its numbers is refused.
 Front read_front(const std::string& path, const FrontBlock& block) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw UserError(fmt::format("{}: the state cannot be opened.", path));
+  std::error_code error;  // a pipe or a device might never end
+  const bool plain = std::filesystem::is_regular_file(path, error);
+  std::ifstream file;
+  if (plain) file.open(path, std::ios::binary);
+  if (!plain || !file) throw UserError(fmt::format("{}: the state cannot be opened.", path));
   std::string text(front_block_bytes, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   Front front;
@@ -41,8 +45,7 @@ Front read_front(const std::string& path, const FrontBlock& block) {
   std::string first, second, bytes_word, sum_word;
   words >> first >> second >> front.version >> bytes_word >> front.bytes >> sum_word >> std::hex >>
       front.sum;
-  if (!words || first + " " + second != block.kind || bytes_word != "bytes" ||
-      sum_word != "checksum")
+  if (!words || text != front_text({block.kind, front.version}, front.bytes, front.sum))
     throw UserError(fmt::format("{}: is not a state written by bedload.", path));
   return front;
 }

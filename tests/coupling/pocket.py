@@ -37,6 +37,25 @@ def spoken(output):
             if text.startswith("bedload-") and "WARNING" not in text and "caution" not in text]
 
 
+FLOOR = "wall/gran model actm tangential haff_werner primitive type 1 yplane 0.0"
+
+
+def with_mesh_floor(text, folder, pieces, height=0.0):
+    """The script `text` with the floor of the pocket as a mesh of 2 pieces^2 triangles in `folder`."""
+    def facet(*corners):
+        lines = "".join(f"vertex {x} {height} {z}\n" for x, z in corners)
+        return f"facet normal 0 1 0\nouter loop\n{lines}endloop\nendfacet\n"
+
+    along_x, along_z = np.linspace(0.0, 4.0, pieces + 1), np.linspace(0.0, 2.0, pieces + 1)
+    facets = [facet((a, c), (a, d), (b, c)) + facet((b, c), (a, d), (b, d))
+              for a, b in zip(along_x, along_x[1:]) for c, d in zip(along_z, along_z[1:])]
+    (folder / "floor.stl").write_text("solid floor\n" + "".join(facets) + "endsolid floor\n")
+    assert FLOOR in text
+    mesh = FLOOR.replace("primitive type 1 yplane 0.0", "mesh n_meshes 1 meshes cad")
+    surface = f"fix cad all mesh/surface file {folder}/floor.stl type 1\n"
+    return text.replace(f"fix             floor all {FLOOR}", f"{surface}fix floor all {mesh}")
+
+
 def numbers(file):
     """Every dataset of an HDF5 file by name."""
     found = {}

@@ -1,17 +1,30 @@
 """A run that goes on is the run itself, whatever it consists of: blocks along z, statistics, a step
-that follows the flow, each contact model."""
+that follows the flow, each contact model, grains that are inserted on the way, a wall of triangles."""
 
 import shutil
 
 import numpy as np
 import pytest
 
-from pocket import SCENE, checkpoint, job, numbers, same_numbers
+from pocket import FLOOR, SCENE, checkpoint, job, numbers, same_numbers, with_mesh_floor
 
 HALF = 24  # steps up to the first checkpoint
 EVERY = ["--set", f"checkpoint.every={HALF * 0.02}"]
 ACTM = "model actm tangential haff_werner"
 RPM = dict(settings="range 0.25")
+# Two kinds of grains at random places and speeds, every 100 of LIGGGHTS' steps (fluid steps 0, 6, 13,
+# 20, 26, 33, 40, 46): no more than there is room for, so that the overlap check draws anew as well.
+INSERTION = """timestep 1e-3
+region drop block 0 4 2.2 2.95 0 2 units box
+fix one all particletemplate/sphere 15485863 atom_type 2 density constant 2.5 radius constant 0.35
+fix two all particletemplate/sphere 15485867 atom_type 2 density constant 2.4 radius constant 0.3
+fix mix all particledistribution/discrete 32452867 2 one 0.5 two 0.5
+fix rain grains insert/{} seed 32452843 distributiontemplate mix{} insert_every 100 overlapcheck yes &
+    all_in no vel {} 0.5 -1.5 0 0.1 0.1 0.1 region drop ntry_mc 10000{}
+fix fluid"""
+PACK = INSERTION.format("pack", "", "uniform", " particles_in_region 5")
+RATE = INSERTION.format("rate/region", " nparticles 30 particlerate 30", "gaussian", "")
+ABOVE_THE_BED = 1.05  # where grains meet the triangles before the first checkpoint
 VARIANTS = {
     "blocks along z": dict(ranks=(2, 1), fluid=["--set", "ranks.along_z=2"]),
     "four blocks": dict(ranks=(4, 2), fluid=["--set", "ranks.along_z=2"]),
@@ -21,6 +34,10 @@ VARIANTS = {
     "rpm": dict(model="model rpm", **RPM),
     "rpm_hw": dict(model="model rpm tangential haff_werner", **RPM),
     "actm": dict(model="model actm"),
+    "insert/pack": dict(insertion=PACK),
+    "insert/pack on two": dict(insertion=PACK, ranks=(1, 2)),
+    "insert/rate/region": dict(insertion=RATE),
+    "mesh wall": dict(triangles=4),
 }
 
 
@@ -30,9 +47,13 @@ def script(folder, variant):
     if "model" in variant:
         settings = variant.get("settings", "")
         text = text.replace(f"pair_style      gran {ACTM}", f"pair_style gran {variant['model']} {settings}")
-        text = text.replace(f"wall/gran {ACTM} primitive type 1 yplane 0.0",
-                            f"wall/gran {variant['model']} primitive type 1 yplane 0.0 {settings}")
+        text = text.replace(FLOOR, FLOOR.replace(ACTM, variant["model"]) + f" {settings}")
         assert ACTM not in text
+    if "insertion" in variant:
+        text = text.replace("fix             fluid", variant["insertion"])
+        assert "insert/" in text
+    if "triangles" in variant:
+        text = with_mesh_floor(text, folder, variant["triangles"], ABOVE_THE_BED)
     (folder / "in.liggghts").write_text(text)
     return folder / "in.liggghts"
 
@@ -62,6 +83,11 @@ def test_it_goes_on_as_if_nothing_had_been(tmp_path, name):
     if variant.get("restless"):
         assert len(set(column(whole / "history.csv", "dt"))) > 1, "the step should have changed"
 
+    if "insertion" in variant:
+        found = numbers(whole / "spheres.h5")
+        come = [found["mobile/tag"][found["mobile/step"] == step].max() for step in (first, 2 * HALF)]
+        assert come[1] > come[0] > 10, "grains should come before the checkpoint and behind it"
+        return  # on other ranks other random numbers are drawn
     if ranks != (1, 1):
         return
     other = tmp_path / "other"
