@@ -11,7 +11,7 @@ from typing import NoReturn
 
 from . import accuracy
 from . import bench as measure
-from . import bench_bed
+from . import bench_bed, bench_effects
 from . import estimate as predict
 from . import job
 from .build import FOLDER, ROOT, build
@@ -107,7 +107,7 @@ def bench(options: argparse.Namespace) -> int:
     build()
     kernels, steps = measure.programs(), all_scenes()
     ranks = job.Ranks.parse(options.ranks)
-    known = {*kernels, *steps, "bed"}
+    known = {*kernels, *steps, "bed", "effects"}
     if options.name is not None and options.name not in known:
         raise unknown("benchmark", options.name, known)
     for name, program in kernels.items():
@@ -117,9 +117,10 @@ def bench(options: argparse.Namespace) -> int:
     for name, scene in steps.items():
         if options.name == name or (options.name is None and "/" not in name):  # no validation/...
             measure.print_record(measure.whole_step(scene, ranks))
-    if options.name in (None, "bed"):
-        for record in bench_bed.rows(ranks):
-            measure.print_record(record)
+    for name, rows in (("bed", bench_bed.rows), ("effects", bench_effects.rows)):
+        if options.name in (None, name):
+            for record in rows(ranks):
+                measure.print_record(record)
     return 0
 
 

@@ -97,9 +97,9 @@ Row measure(const std::array<int, 3>& cells, bool implicit, int along_z, double 
     }
   };
   steps(2);
-  const auto sent_before = bytes_sent();
+  const auto sent_before = traffic().bytes;
   double once = seconds_of([&] { steps(2); }) / 2.0;
-  const double sent = sum_over_ranks(static_cast<double>(bytes_sent() - sent_before)) / 2.0;
+  const double sent = sum_over_ranks(static_cast<double>(traffic().bytes - sent_before)) / 2.0;
   MPI_Bcast(&once, 1, MPI_DOUBLE, 0, MPI_COMM_WORLD);
   const int count = std::max(1, static_cast<int>(seconds / repeats / once));
   std::vector<double> rates;

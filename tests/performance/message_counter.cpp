@@ -4,21 +4,30 @@
 
 namespace {
 
-std::int64_t sent = 0;
+bedload::Traffic so_far;
 
 void count(int to, std::int64_t numbers, MPI_Datatype type, MPI_Comm comm) {
-  int rank = 0, bytes = 0;
-  MPI_Comm_rank(comm, &rank);
-  MPI_Type_size(type, &bytes);
-  if (to != rank && to != MPI_PROC_NULL) sent += numbers * bytes;
+  int between = 0, rank = 0, bytes = 0;
+  PMPI_Comm_test_inter(comm, &between);  // in the other program nobody is this rank
+  PMPI_Comm_rank(comm, &rank);
+  PMPI_Type_size(type, &bytes);
+  if (to == MPI_PROC_NULL || (between == 0 && to == rank)) return;
+  so_far.bytes += numbers * bytes;
+  ++so_far.messages;
+  if (bedload::after_message) bedload::after_message();
 }
 
 }  // namespace
 
-std::int64_t bedload::bytes_sent() { return sent; }
+const bedload::Traffic& bedload::traffic() { return so_far; }
 
-// The calls by which the fluid sends fields and modes; single numbers (MPI_Allreduce) do not count.
+// The calls by which bedload and LIGGGHTS send.
 extern "C" {
+
+int MPI_Send(const void* out, int numbers, MPI_Datatype type, int to, int tag, MPI_Comm comm) {
+  count(to, numbers, type, comm);
+  return PMPI_Send(out, numbers, type, to, tag, comm);
+}
 
 int MPI_Sendrecv(const void* out, int numbers, MPI_Datatype type, int to, int tag, void* in,
                  int most, MPI_Datatype type_in, int from, int tag_in, MPI_Comm comm,
@@ -37,9 +46,16 @@ int MPI_Alltoallv(const void* out, const int numbers[], const int places[], MPI_
                   void* in, const int numbers_in[], const int places_in[], MPI_Datatype type_in,
                   MPI_Comm comm) {
   int ranks = 0;
-  MPI_Comm_size(comm, &ranks);
-  for (int to = 0; to < ranks; ++to) count(to, numbers[to], type, comm);
+  PMPI_Comm_size(comm, &ranks);
+  for (int to = 0; to < ranks; ++to)
+    if (numbers[to] > 0) count(to, numbers[to], type, comm);
   return PMPI_Alltoallv(out, numbers, places, type, in, numbers_in, places_in, type_in, comm);
+}
+
+int MPI_Allreduce(const void* mine, void* all, int numbers, MPI_Datatype type, MPI_Op operation,
+                  MPI_Comm comm) {
+  ++so_far.sums;
+  return PMPI_Allreduce(mine, all, numbers, type, operation, comm);
 }
 
 }  // extern "C"

@@ -4,8 +4,15 @@
 
 namespace bedload {
 
-/// Bytes that this rank has sent to other ranks since the program began. The counter stands between
-/// program and MPI library (MPI's profiling interface), so that the solver need not count.
-std::int64_t bytes_sent();
+/// What this rank has sent to other ranks since the program began, and sums over ranks that it took
+/// part in. The counter stands between program and MPI library (MPI's profiling interface), so that
+/// the solver need not count.
+struct Traffic {
+  std::int64_t messages = 0, bytes = 0, sums = 0;
+};
+const Traffic& traffic();
+
+/// Called after each message, where a program defines it.
+void after_message() __attribute__((weak));
 
 }  // namespace bedload
