@@ -164,17 +164,19 @@ double Channel<Real>::local_wall_sum() const {
 
 /// Plane j of u* into the storage of plane j-1.
 template <class Real>
-void Channel<Real>::predict_plane(int j) {
-  predictor_.plane(j);
-  if (slabs_.at_upper_wall() && j == slabs_.planes() - 1) close_wall_face(j - 1);
-  clock_.lap(FlowPhase::momentum);
+template <class EachRow>
+void Channel<Real>::predict_plane(int j, EachRow each_row) {
+  const bool under_wall = slabs_.at_upper_wall() && j == slabs_.planes() - 1;
+  predictor_.plane(j, [&](int k) {
+    if (under_wall) close_wall_face(j - 1, k);
+    each_row(k);
+  });
 }
 
 /// The upper wall's own face carries no flow.
 template <class Real>
-void Channel<Real>::close_wall_face(int j) {
-  for (int k = 0; k < slabs_.rows(); ++k)
-    std::fill_n(velocity_.row(j, k, 1) - 1, grid_.cells[0] + 2, Real(0));
+void Channel<Real>::close_wall_face(int j, int k) {
+  std::fill_n(velocity_.row(j, k, 1) - 1, grid_.cells[0] + 2, Real(0));
 }
 
 /// u* of one stage with implicit diffusion, in place: the solver of each component gives
@@ -226,40 +228,58 @@ void Channel<Real>::diffuse(int stage) {
   budget_.walls += after * nu / h2 * local_wall_sum();
 }
 
-/// Takes h/(step) (div u*) h of plane j, times its height over h, found in the storage of plane j +
-/// moved, into the Poisson solver's upward sweep, and adds up u*. What the block below lets in is
-/// added by couple(), what the block behind lets in comes with the sweep.
+/// Of plane j, whose u* stands in the storage of plane j + moved.
 template <class Real>
-void Channel<Real>::eliminate_plane(int j, int moved, double step) {
-  const int nx = grid_.cells[0], nz = slabs_.rows(), at = j + moved;
+typename Channel<Real>::Outflow Channel<Real>::outflow(int j, int moved, double step) const {
   const double thickness = grid_.thickness(slabs_.first() + j);
-  const Real scale = static_cast<Real>(grid_.h / step);
-  const Real in_plane = static_cast<Real>(thickness * grid_.h / step);
-  double sum = 0.0;
-  for (int k = 0; k < nz; ++k) {
-    const Real* v_below = j == 0 ? zeros_.data() : velocity_.row(at - 1, k, 1);
-    const Real* w_back =
-        k == 0 && poisson_.gives_to_front() ? zeros_.data() : velocity_.row(at, k - 1, 2);
-    divergence_row(nx, in_plane, scale, velocity_.row(at, k, 0), velocity_.row(at, k, 1), v_below,
-                   velocity_.row(at, k, 2), w_back, poisson_.rhs_row(k));
-    sum += row_sum(nx, velocity_.row(at, k, 0));
-  }
-  local_sum_ += sum * thickness;
+  return {.j = j,
+          .at = j + moved,
+          .thickness = thickness,
+          .in_plane = static_cast<Real>(thickness * grid_.h / step),
+          .upwards = static_cast<Real>(grid_.h / step)};
+}
+
+/// Puts h/(step) (div u*) h of row k, times the plane's height over h, into the Poisson solver's
+/// plane and adds up u*. What the block below lets in is added by couple(), what the block behind
+/// lets in comes with the sweep.
+template <class Real>
+void Channel<Real>::take_row(Outflow& flow, int k) {
+  const int nx = grid_.cells[0], at = flow.at;
+  const Real* v_below = flow.j == 0 ? zeros_.data() : velocity_.row(at - 1, k, 1);
+  const Real* w_back =
+      k == 0 && poisson_.gives_to_front() ? zeros_.data() : velocity_.row(at, k - 1, 2);
+  divergence_row(nx, flow.in_plane, flow.upwards, velocity_.row(at, k, 0), velocity_.row(at, k, 1),
+                 v_below, velocity_.row(at, k, 2), w_back, poisson_.rhs_row(k));
+  flow.sum += row_sum(nx, velocity_.row(at, k, 0));
+}
+
+/// Takes a plane, all of whose rows have been taken, into the Poisson solver's upward sweep.
+template <class Real>
+void Channel<Real>::eliminate_plane(const Outflow& flow) {
+  const int nx = grid_.cells[0], nz = slabs_.rows();
+  local_sum_ += flow.sum * flow.thickness;
   if (poisson_.gives_to_front()) {
-    const Real* w = velocity_.row(at, nz - 1, 2);
+    const Real* w = velocity_.row(flow.at, nz - 1, 2);
     Real* given = poisson_.rhs_row(nz);
-    for (int i = 0; i < nx; ++i) given[i] = -in_plane * w[i];
+    for (int i = 0; i < nx; ++i) given[i] = -flow.in_plane * w[i];
   }
-  if (!slabs_.at_upper_wall() && j == slabs_.planes() - 1)
+  if (!slabs_.at_upper_wall() && flow.j == slabs_.planes() - 1)
     for (int k = 0; k < nz; ++k) {
-      const Real* v = velocity_.row(at, k, 1);
+      const Real* v = velocity_.row(flow.at, k, 1);
       Real* excess = poisson_.excess_row(k);
-      const Real over_gap = scale * static_cast<Real>(grid_.gap(slabs_.first() + j));
+      const Real over_gap = flow.upwards * static_cast<Real>(grid_.gap(slabs_.first() + flow.j));
       for (int i = 0; i < nx; ++i) excess[i] = over_gap * v[i];
     }
   clock_.lap(FlowPhase::divergence);
-  poisson_.eliminate(j);
+  poisson_.eliminate(flow.j);
   clock_.lap(FlowPhase::elimination);
+}
+
+template <class Real>
+void Channel<Real>::eliminate_plane(int j, int moved, double step) {
+  Outflow flow = outflow(j, moved, step);
+  for (int k = 0; k < slabs_.rows(); ++k) take_row(flow, k);
+  eliminate_plane(flow);
 }
 
 template <class Real>
@@ -274,7 +294,8 @@ void Channel<Real>::predict(int stage) {
     // Whoever asks for the flow's energy between predictor and projection wants all planes.
     if (boundary_ && !fringe_.on() && !settings_.output.energy_work)
       predicted_ = boundary_->planes_reached();
-    for (int j = 0; j < predicted_; ++j) predict_plane(j);
+    for (int j = 0; j < predicted_; ++j) predict_plane(j, [](int) {});
+    clock_.lap(FlowPhase::momentum);
     velocity_.relabel(1);
   }
   budget_.walls += fringe_.apply(velocity_, stage_step(stage));
@@ -284,7 +305,8 @@ template <class Real>
 std::vector<SphereLoad> Channel<Real>::force_spheres(int stage) {
   if (!boundary_) return {};
   boundary_->force(velocity_, stage_step(stage));
-  if (slabs_.at_upper_wall() && predicted_ == slabs_.planes()) close_wall_face(slabs_.planes() - 1);
+  if (slabs_.at_upper_wall() && predicted_ == slabs_.planes())
+    for (int k = 0; k < slabs_.rows(); ++k) close_wall_face(slabs_.planes() - 1, k);
   budget_.walls += stage_step(stage) * boundary_->force_on_fluid()[0] /
                    (settings_.fluid.density * grid_.cell_volume());
   return boundary_->loads(stage_step(stage));
@@ -315,12 +337,21 @@ void Channel<Real>::advance_stage(int stage) {
   couple_and_correct(stage);
 }
 
-/// Predicts and eliminates from plane `first` upwards, each plane while it is in the cache.
+/// Predicts and eliminates from plane `first` upwards, each plane while it is in the cache. The
+/// outflow of a row is taken as soon as it is there, but for the first and last one, which need
+/// what closes the plane.
 template <class Real>
 void Channel<Real>::sweep_up(int first, int stage) {
+  const int last_row = slabs_.rows() - 1;
   for (int j = first; j < slabs_.planes(); ++j) {
-    predict_plane(j);
-    eliminate_plane(j, -1, stage_step(stage));
+    Outflow flow = outflow(j, -1, stage_step(stage));
+    predict_plane(j, [&](int k) {
+      if (k > 0 && k < last_row) take_row(flow, k);
+    });
+    clock_.lap(FlowPhase::momentum);
+    take_row(flow, 0);
+    if (last_row > 0) take_row(flow, last_row);
+    eliminate_plane(flow);
   }
   velocity_.relabel(1);
 }

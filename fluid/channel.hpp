@@ -157,9 +157,20 @@ class Channel {
   bool implicit() const { return !diffusion_.empty(); }
   void diffuse(int stage);
   void begin_stage(int stage);
-  void predict_plane(int j);
-  void close_wall_face(int j);
+  /// What the elimination takes of one plane: div u*, row by row, and the sum of u*.
+  struct Outflow {
+    int j, at;  ///< plane, and the one in whose storage its u* is
+    double thickness;
+    Real in_plane, upwards;  ///< areas over h^2, times h/(stage's length)
+    double sum = 0.0;
+  };
+  template <class EachRow>
+  void predict_plane(int j, EachRow each_row);
+  void close_wall_face(int j, int k);
   void sweep_up(int first, int stage);
+  Outflow outflow(int j, int moved, double step) const;
+  void take_row(Outflow& flow, int k);
+  void eliminate_plane(const Outflow& flow);
   void eliminate_plane(int j, int moved, double step);
   void couple_and_correct(int stage);
   double bulk_shift(double step);

@@ -16,7 +16,8 @@ namespace bedload {
 template <class Real>
 void Channel<Real>::project_start_field() {
   close_own_planes();
-  if (slabs_.at_upper_wall()) close_wall_face(slabs_.planes() - 1);
+  if (slabs_.at_upper_wall())
+    for (int k = 0; k < slabs_.rows(); ++k) close_wall_face(slabs_.planes() - 1, k);
   for (int j = 0; j < slabs_.planes(); ++j)
     std::copy_n(velocity_.plane(j), velocity_.plane_size(), velocity_.plane(j - 1));
   for (int j = 0; j < slabs_.planes(); ++j) eliminate_plane(j, -1, 1.0);

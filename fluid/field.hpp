@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fluid/grid.hpp"
+#include "fluid/huge_pages.hpp"
 
 namespace bedload {
 
@@ -23,6 +24,7 @@ class AlignedArray {
     const std::size_t bytes = (size * sizeof(Real) + cache_line - 1) / cache_line * cache_line;
     void* memory = std::aligned_alloc(cache_line, std::max(bytes, cache_line));
     if (!memory) throw std::bad_alloc();
+    ask_for_huge_pages(memory, bytes);
     data_.reset(static_cast<Real*>(memory));
     std::fill_n(data_.get(), size, Real{});
   }

@@ -10,7 +10,8 @@ namespace bedload {
 /// What the channel solver does in a stage, in this order.
 enum class FlowPhase : std::size_t {
   momentum,      ///< explicit predictor
-  divergence,    ///< of u*, into the scratch plane of the transform
+  divergence,    ///< of u*, into the scratch plane of the transform; mostly taken with momentum
+                 ///< where nothing stands between the two
   elimination,   ///< plane transform and elimination upwards
   coupling,      ///< between the ranks: reduced system, bulk velocity
   substitution,  ///< back-substitution downwards and transform back

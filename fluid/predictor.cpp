@@ -48,16 +48,11 @@ void Predictor<Real>::begin_stage(const PredictorStage<Real>& stage) {
   predict_ = choose(stage, stretched_);
 }
 
+/// The last row's w needs v of the plane below in row 0, which is overwritten first.
 template <class Real>
-void Predictor<Real>::plane(int j) {
-  // The last row's w needs v of the plane below in row 0, which is overwritten first.
+void Predictor<Real>::keep_first_row(int j) {
   const Real* v = velocity_.row(j - 1, 0, 1);
   std::copy_n(v - 1, saved_.size(), saved_.begin());
-  for (int k = 0; k < velocity_.nz(); ++k) {
-    row(j, k, {});
-    for (int c = 0; c < 3; ++c) walls_.close_row(velocity_.row(j - 1, k, c), c);
-  }
-  walls_.close_plane(velocity_, j - 1);
 }
 
 template <class Real>

@@ -37,7 +37,18 @@ class Predictor {
 
   /// u* of plane j (all ghosts of velocity valid at the beginning of the sweep) into the storage of
   /// plane j-1, x and z ghosts included. To be called for j = 0, 1, .., planes-1 in this order.
-  void plane(int j);
+  /// After each row, each_row(k) may use it; the ghost rows, and what a wall in front makes of the
+  /// last row, come at the end.
+  template <class EachRow>
+  void plane(int j, EachRow each_row) {
+    keep_first_row(j);
+    for (int k = 0; k < velocity_.nz(); ++k) {
+      row(j, k, {});
+      for (int c = 0; c < 3; ++c) walls_.close_row(velocity_.row(j - 1, k, c), c);
+      each_row(k);
+    }
+    walls_.close_plane(velocity_, j - 1);
+  }
 
   /// The right-hand side of plane j for u* - u, component c of row k into out(c, k).
   template <class Out>
@@ -51,6 +62,7 @@ class Predictor {
                            const MomentumRows<Real>&);
   static Predict choose(const PredictorStage<Real>& stage, bool stretched);
 
+  void keep_first_row(int j);
   void row(int j, int k, const std::array<Real*, 3>& out);
 
   const WallGhosts<Real>& walls_;
