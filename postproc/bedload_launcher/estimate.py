@@ -1,19 +1,21 @@
 """What a scene will cost, from trials of the same scene on grids that the machine holds easily.
 
-Two trials at different numbers of cells give the memory as a line in the number of cells. The time
-of a step is taken part by part from the larger one and scaled to the scene's own grid with
-s = cells along x / cells along x of the trial:
+With s = cells along x / cells along x of the larger trial, the time of a step is scaled part by part:
 
     markers                      s^2        (they lie on surfaces)
     pressure                     s^3 log    (the fast transforms: log of the cells of a plane)
     exchange, waiting            1          (the same grains)
     everything else of the fluid s^3
 
+Memory of the fluid is a + b s^2 + c s^3: the program itself, which a trial of the smallest grid without
+spheres shows, markers, fields; two trials with spheres give b and c. To the steps come what each of them
+writes, by a longer trial; fields and checkpoints as often as the scene has them, s^3; and the start.
+
 A scene of up to MANY_CELLS cells is its own larger trial and nothing is scaled.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from . import job
@@ -23,7 +25,9 @@ from .trial import Trial, run_trial
 
 MANY_CELLS = 3_000_000  # a trial's largest grid: some 240 MB, far outside the caches
 STEPS = 10
+LONGER = 4  # times as many in one of the repeats, which tells what each step writes
 REPEATS = 3  # of the larger trial: other work on the machine only ever adds time
+LEAST_CELLS = 16  # along each edge, of the trial that shows the program's own memory
 
 
 @dataclass(frozen=True)
@@ -33,7 +37,7 @@ class Estimate:
     cells: tuple[int, int, int]
     steps: int
     step_seconds: float
-    output_seconds: float
+    output_seconds: float  # of all steps, fields and checkpoints, and the start
     fluid_bytes: float
     dem_bytes: float
     trial_cells: tuple[int, int, int]
@@ -47,13 +51,17 @@ def smaller_grids(cells: tuple[int, int, int], most: int = MANY_CELLS) -> list[t
     """The two trial grids, the larger first: the scene's proportions, whole numbers of cells.
 
     The larger has at most `most` cells, the smaller between an eighth and 0.6 of the larger: as many as
-    possible, since a scene may not bear fewer cells to a sphere.
+    possible, since a scene may not bear fewer cells to a sphere. Both are no slower to transform than the
+    scene's own grid, where there are such.
     """
     unit = math.gcd(*cells)
     volume = math.prod(cells)
+    slowest = max(7, largest_factor(cells))  # FFTW is fast for factors up to 7
 
     def sizes(limit: float) -> list[int]:
-        return [m for m in range(1, unit + 1) if volume * (m / unit) ** 3 <= limit]
+        fitting = [m for m in range(1, unit + 1) if volume * (m / unit) ** 3 <= limit]
+        fast = [m for m in fitting if largest_factor([n * m // unit for n in cells]) <= slowest]
+        return fast or fitting
 
     large = sizes(most)
     if not large:
@@ -66,6 +74,17 @@ def smaller_grids(cells: tuple[int, int, int], most: int = MANY_CELLS) -> list[t
     # A grid that no smaller one matches is tried once: its memory is taken as proportional.
     chosen = [first] + small[-1:]
     return [tuple(n * m // unit for n in cells) for m in chosen]
+
+
+def largest_factor(cells: Sequence[int]) -> int:
+    """Largest prime factor of the numbers of cells along x and z, which are transformed."""
+    left, factor = cells[0] * cells[2], 2
+    while factor * factor <= left:
+        if left % factor == 0:
+            left //= factor
+        else:
+            factor += 1
+    return left
 
 
 def scale(part: str, cells: tuple[int, int, int], trial: tuple[int, int, int]) -> float:
@@ -88,59 +107,115 @@ def fastest(trials: list[Trial]) -> Trial:
             part: min(t.step_parts[part] for t in trials) for part in trials[0].step_parts
         },
         output_seconds=min(t.output_seconds for t in trials),
+        checkpoint_seconds=min(t.checkpoint_seconds for t in trials),
+        start_seconds=min(t.start_seconds for t in trials),
         fluid_bytes=max(t.fluid_bytes for t in trials),
         dem_bytes=max(t.dem_bytes for t in trials),
     )
 
 
-def line_through(x: list[float], y: list[float], at: float) -> float:
-    """The line through two points at `at`; one point: proportional."""
-    if len(x) == 1:
-        return y[0] * at / x[0]
-    slope = (y[0] - y[1]) / (x[0] - x[1])
-    return y[0] + slope * (at - x[0])
+def fluid_memory(sizes: list[float], found: list[float], program: float) -> float:
+    """a + b s^2 + c s^3 at s = 1, with a = `program`, from what was found at `sizes` (one or two).
+
+    One trial, or two that lie on no such curve with b and c above 0: all but the program goes as s^3.
+    """
+    cells = [size**3 for size in sizes]
+    above = [bytes_ - program for bytes_ in found]
+    if len(sizes) == 2:
+        # above / s^2 = b + c s
+        high, low = (a / size**2 for a, size in zip(above, sizes, strict=True))
+        c = (high - low) / (sizes[0] - sizes[1])
+        b = high - c * sizes[0]
+        if b > 0.0 and c > 0.0:
+            return program + b + c
+    return program + above[0] / cells[0]
 
 
-def from_trials(cells: tuple[int, int, int], trials: list[Trial]) -> Estimate:
-    """The estimate for a grid of `cells`; the larger trial comes first."""
-    settings = trials[0].settings
-    volumes = [float(math.prod(t.cells)) for t in trials]
-    volume = float(math.prod(cells))
-    time = settings["time"]
-    every = settings["output"]["fields_every"]
-    writings = 1 + (math.floor(time["end"] / every) if every > 0 else 0)
+def writings(settings: dict, steps: int, seconds: float) -> tuple[float, float]:
+    """How often fields and checkpoints are written, both once more at the end."""
+    end, every = settings["time"]["end"], settings["output"]["fields_every"]
+    keep = settings.get("checkpoint", {})
+    by_time, by_clock = keep.get("every", 0.0), keep.get("wall_every", 0.0)
+    fields = 1 + (math.floor(end / every) if every > 0 else 0)
+    checkpoints = 1 + (math.floor(end / by_time) if by_time > 0 else 0)
+    return fields, checkpoints + (math.floor(seconds / by_clock) if by_clock > 0 else 0)
+
+
+def from_trials(
+    cells: tuple[int, int, int], trials: list[Trial], longer: Trial | None = None,
+    program_bytes: float = 0.0,
+) -> Estimate:  # fmt: skip
+    """The estimate for a grid of `cells`.
+
+    trials: the larger grid first; longer: the larger one over more steps; program_bytes: memory of the
+    fluid's program without a grid to speak of.
+    """
     larger = trials[0]
+    sizes = [t.cells[0] / cells[0] for t in trials]
+    volume = 1.0 / sizes[0] ** 3
+    time = larger.settings["time"]
     # The step that time.cfl allows goes with the cell.
-    step = min(time["step"], larger.cfl_step * larger.cells[0] / cells[0])
+    step = min(time["step"], larger.cfl_step * sizes[0])
+    steps = math.ceil(time["end"] / step - 1e-6)
+    step_seconds = sum(s * scale(part, cells, larger.cells) for part, s in larger.step_parts.items())
+    each = 0.0
+    if longer and longer.steps > larger.steps:
+        each = max(0.0, longer.output_seconds - larger.output_seconds) / (longer.steps - larger.steps)
+    once = max(0.0, larger.output_seconds - each * larger.steps)
+    fields, checkpoints = writings(larger.settings, steps, steps * step_seconds)
     return Estimate(
         cells,
-        math.ceil(time["end"] / step - 1e-6),
-        sum(s * scale(part, cells, larger.cells) for part, s in larger.step_parts.items()),
-        writings * larger.output_seconds * volume / volumes[0],
-        line_through(volumes, [t.fluid_bytes for t in trials], volume),
+        steps,
+        step_seconds + each * volume,
+        (fields * once + checkpoints * larger.checkpoint_seconds) * volume + larger.start_seconds,
+        fluid_memory(sizes, [t.fluid_bytes for t in trials], program_bytes),
         larger.dem_bytes,
         larger.cells,
     )
 
 
+def smallest_grid(cells: tuple[int, int, int]) -> tuple[int, int, int]:
+    """The scene's proportions with at least LEAST_CELLS along each edge."""
+    unit = math.gcd(*cells)
+    m = min(unit, math.ceil(LEAST_CELLS * unit / min(cells)))
+    return tuple(n * m // unit for n in cells)
+
+
+def on_grid(overrides: list[str], grid: tuple[int, int, int]) -> list[str]:
+    return [*overrides, f"grid.cells=[{grid[0]}, {grid[1]}, {grid[2]}]"]
+
+
 def estimate(
     scene: Scene, model: str | None, ranks: job.Ranks, overrides: list[str],
-    cells: tuple[int, int, int], say: Callable[[str], None],
+    cells: tuple[int, int, int], say: Callable[[str], None], most: int = MANY_CELLS,
 ) -> Estimate:  # fmt: skip
-    """Runs the trials of `scene`, whose own grid has `cells`, and scales them."""
-    trials = []
-    for grid in smaller_grids(cells):
+    """Runs the trials of `scene`, whose own grid has `cells`, on at most `most` cells, and scales them."""
+    trials: list[Trial] = []
+    longer = None
+    for grid in smaller_grids(cells, most):
         say(f"bedload: trying {STEPS} steps on {grid[0]} x {grid[1]} x {grid[2]} cells")
-        line = [*overrides, f"grid.cells=[{grid[0]}, {grid[1]}, {grid[2]}]"]
-        work = job.Job(scene, model, ranks, scene.folder, line, STEPS)
+        work = job.Job(scene, model, ranks, scene.folder, on_grid(overrides, grid), STEPS)
         if not trials:
-            trials.append(fastest([run_trial(work) for _ in range(REPEATS)]))
+            longer = run_trial(replace(work, steps=LONGER * STEPS))
+            trials.append(fastest([*(run_trial(work) for _ in range(REPEATS - 1)), longer]))
             continue
         try:
             trials.append(run_trial(work))
         except UserError:
             say("bedload: the scene does not run on that one; its memory is taken as proportional")
-    return from_trials(cells, trials)
+    return from_trials(cells, trials, longer, program_memory(scene, ranks, overrides, cells))
+
+
+def program_memory(
+    scene: Scene, ranks: job.Ranks, overrides: list[str], cells: tuple[int, int, int]
+) -> float:
+    """Peak memory of the fluid's ranks without spheres on the smallest grid; 0 where that does not run."""
+    line = on_grid([*overrides, 'spheres.file=""'], smallest_grid(cells))
+    work = job.Job(scene, None, ranks, scene.folder, line, 2, fluid_alone=True)
+    try:
+        return run_trial(work).fluid_bytes
+    except UserError:
+        return 0.0
 
 
 def duration(seconds: float) -> str:

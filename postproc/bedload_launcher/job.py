@@ -67,6 +67,7 @@ class Job:
     variables: Mapping[str, str] = field(default_factory=dict)  # of in.liggghts
     restart: Path | None = None  # a run's folder or one of its checkpoints
     fluid_options: Sequence[str] = ()
+    fluid_alone: bool = False  # a scene with grains, without them
 
     def summary(self) -> str:
         """Scene, model and ranks in a few words."""
@@ -84,8 +85,10 @@ class Job:
         if self.restart is not None:
             fluid += ["--restart", str(self.restart)]
         fluid += self.fluid_options
+        if self.fluid_alone and self.scene.moves_grains:
+            fluid.append("--without-grains")
         line = ["mpirun", "--quiet", "-np", str(self.ranks.fluid), *fluid]
-        if self.scene.moves_grains:
+        if self.scene.moves_grains and not self.fluid_alone:
             dem = [str(BIN / "bedload-dem"), "-in", "in.liggghts", "-var", "out", str(self.out)]
             if self.model:
                 dem += ["-var", "model", self.model]

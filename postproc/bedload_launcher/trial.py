@@ -4,6 +4,7 @@ import csv
 import math
 import subprocess
 import tempfile
+import time
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -13,7 +14,7 @@ from . import job
 from .errors import UserError
 from .memory import MemoryWatch
 
-NOT_A_STEP = ("output", "rest")  # parts of timing.csv that no step repeats
+NOT_A_STEP = ("output", "checkpoints", "rest")  # parts of timing.csv that are no part of the scheme
 
 
 @dataclass(frozen=True)
@@ -21,8 +22,10 @@ class Trial:
     """What a trial measured.
 
     settings: every value in force; step_parts: seconds per step by part; output_seconds: all that the
-    trial wrote, the last state included; fluid_bytes, dem_bytes: peak memory summed over the ranks;
-    cfl_step: length of the step that time.cfl allows the last flow on the trial's grid.
+    trial wrote but its checkpoint, the last fields included; fluid_bytes, dem_bytes: peak memory summed over the
+    ranks; cfl_step: length of the step that time.cfl allows the last flow on the trial's grid;
+    checkpoint_seconds: of the one at its end; start_seconds: of all that is no part of timing.csv, from
+    the call of mpirun to its return; wall_seconds: of everything.
     """
 
     settings: dict
@@ -33,6 +36,9 @@ class Trial:
     dem_bytes: int
     answer: object = None  # what `read` of run_trial made of the output folder
     cfl_step: float = math.inf
+    checkpoint_seconds: float = 0.0
+    start_seconds: float = 0.0
+    wall_seconds: float = 0.0
 
     @property
     def cells(self) -> tuple[int, int, int]:
@@ -48,18 +54,20 @@ def run_trial(
 ) -> Trial:
     """Runs `work`, whose output folder is replaced by one that is removed after `read` has seen it.
 
-    The first `warm_up` steps, which the run itself is told to leave out, are not counted. Raises
+    Without a number of steps in `work` it runs to its end. The first `warm_up` steps, which the run itself is told to leave out, are not counted. Raises
     UserError with the program's own words when the run fails.
     """
     with tempfile.TemporaryDirectory(prefix="bedload-trial-") as folder:
         out = Path(folder)
         work = replace(work, out=out)
         words_file = out / "words"
+        began = time.monotonic()
         with words_file.open("w") as words, subprocess.Popen(
             work.command(), cwd=work.scene.folder, env=job.environment(), stdin=subprocess.DEVNULL,
             stdout=words, stderr=subprocess.STDOUT,
         ) as running, MemoryWatch(running.pid) as memory:  # fmt: skip
             running.wait()
+            wall = time.monotonic() - began
         if running.returncode != 0:
             said = words_file.read_text(encoding="utf-8", errors="replace").strip()
             raise UserError(
@@ -73,12 +81,13 @@ def run_trial(
         with (out / "history.csv").open(newline="", encoding="utf-8") as stream:
             last = list(csv.DictReader(stream))[-1]
         answer = read(out)
-    counted = work.steps - warm_up
+    counted = int(last["step"]) - warm_up  # fewer than asked for where the scene is over before
     return Trial(
         settings, counted,
         {part: s / counted for part, s in seconds.items() if part not in NOT_A_STEP},
         seconds.get("output", 0.0), memory.bytes_of("bedload-fluid"),
         memory.bytes_of("bedload-dem"), answer, allowed_step(settings, last),
+        seconds.get("checkpoints", 0.0), max(0.0, wall - sum(seconds.values())), wall,
     )  # fmt: skip
 
 

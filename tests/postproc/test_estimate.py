@@ -28,10 +28,12 @@ def test_trial_grids_keep_the_proportions_and_fit(cells):
         assert grid[0] * cells[2] == cells[0] * grid[2]
     large, small = (math.prod(g) for g in grids)
     assert large / 8.1 <= small <= 0.6 * large
-    # The largest that fits: one unit more along each edge would not.
+    # The largest that fits and is as fast to transform.
     unit = math.gcd(*cells)
-    next_up = [n // unit * (grids[0][0] * unit // cells[0] + 1) for n in cells]
-    assert math.prod(next_up) > estimate.MANY_CELLS or grids[0] == cells
+    for m in range(grids[0][0] * unit // cells[0] + 1, unit + 1):
+        next_up = [n * m // unit for n in cells]
+        slow = estimate.largest_factor(next_up) > max(7, estimate.largest_factor(cells))
+        assert slow or math.prod(next_up) > estimate.MANY_CELLS
 
 
 def test_a_small_scene_is_its_own_trial_and_nothing_is_scaled():
@@ -53,16 +55,47 @@ def test_each_part_is_scaled_by_its_own_law():
     assert e.step_seconds == pytest.approx(8 + 4 + 1 + 8 * 14 / 12)
 
 
-def test_memory_is_a_line_in_the_cells_and_output_goes_by_volume():
+def test_memory_has_a_part_of_the_program_one_of_markers_and_one_of_cells():
+    def found(s):
+        return 30e6 + 50e6 * s**2 + 200e6 * s**3
+
+    sizes = [0.5, 0.4]
+    assert estimate.fluid_memory(sizes, [found(s) for s in sizes], 30e6) == pytest.approx(280e6)
+    # Without a second trial, or with one that fits no such curve, the cells decide.
+    assert estimate.fluid_memory([0.5], [40e6], 30e6) == pytest.approx(30e6 + 8 * 10e6)
+    assert estimate.fluid_memory(sizes, [40e6, 39e6], 30e6) == pytest.approx(30e6 + 8 * 10e6)
+
+
+def test_writing_goes_by_volume_and_by_what_writes():
+    """A state and fields at the end, fields twice before, each step its rows; the start as it was."""
     trials = [
-        trial((40, 40, 40), {}, fluid_bytes=10e6 + 80 * 40**3, output=0.5),
-        trial((20, 20, 20), {}, fluid_bytes=10e6 + 80 * 20**3),
-    ]
-    e = estimate.from_trials((80, 80, 80), trials)
-    assert e.fluid_bytes == pytest.approx(10e6 + 80 * 80**3)
+        replace(trial((40, 40, 40), {"pressure": 0.0, "markers": 1e-3}, output=0.5 + 10 * 2e-3),
+                checkpoint_seconds=0.3, start_seconds=1.0),
+        trial((20, 20, 20), {}),
+    ]  # fmt: skip
+    longer = replace(trials[0], steps=40, output_seconds=0.5 + 40 * 2e-3)
+    e = estimate.from_trials((80, 80, 80), trials, longer)
     assert e.dem_bytes == 7
     assert e.steps == 100
-    assert e.output_seconds == pytest.approx(3 * 8 * 0.5)  # t = 5, 10 and the end
+    assert e.step_seconds == pytest.approx(4e-3 + 8 * 2e-3)
+    assert e.output_seconds == pytest.approx(8 * (3 * 0.5 + 0.3) + 1.0)  # t = 5, 10 and the end
+
+
+def test_checkpoints_are_counted_by_time_and_by_clock():
+    settings = {"time": {"end": 10.0}, "output": {"fields_every": 0.0},
+                "checkpoint": {"every": 4.0, "wall_every": 600.0}}  # fmt: skip
+    assert estimate.writings(settings, 100, 50.0) == (1, 1 + 2)
+    assert estimate.writings(settings, 100, 1300.0) == (1, 1 + 2 + 2)
+
+
+@pytest.mark.parametrize(("cells", "grid"), [((160, 90, 80), (32, 18, 16)), ((288, 96, 144), (48, 16, 24))])
+def test_the_programs_own_memory_is_seen_on_the_smallest_grid(cells, grid):
+    assert estimate.smallest_grid(cells) == grid
+
+
+@pytest.mark.parametrize(("cells", "factor"), [((288, 96, 144), 3), ((234, 90, 117), 13), ((97, 4, 8), 97)])
+def test_the_slowest_length_to_transform(cells, factor):
+    assert estimate.largest_factor(cells) == factor
 
 
 def test_repeats_give_the_least_time_and_the_most_memory():
