@@ -17,9 +17,10 @@ import pytest
 from job import BIN, ENVIRONMENT, SCENES, command, run
 from pocket import SCENE, checkpoint, checkpoints, job, line, same_numbers, spoken
 
-# A job that has lost a process is over within two seconds on a free machine. The bound only tells
-# that from waiting for ever, on a machine that has other things to do as well.
-SOON = 60.0
+# What is promised: all processes gone ten seconds after the fault (seen: two at most). Nothing else
+# runs beside these tests (RUN_SERIAL), so the bound stands as it is.
+LIMIT = 10.0
+START = 60.0  # for jobs to come to where they are disturbed
 # A checkpoint every fourth step; everything written in every step.
 BUSY = ["--set", "checkpoint.every=0.08", "--set", "output.fields_every=0.02"]
 STEPS = 12
@@ -83,19 +84,32 @@ def check_going_on(out, undisturbed, ranks):
     return result
 
 
+def living(out):
+    """Processes of the job that writes to `out`, by what they were started with."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (folder / "cmdline").read_bytes()
+        except OSError:  # it has just ended
+            continue
+        if os.fsencode(str(out)) in words and int(folder.name) != os.getpid():
+            found.append(int(folder.name))
+    return found
+
+
+def check_gone(out, fault):
+    """No process is left ten seconds after the fault (a time of time.time())."""
+    while living(out):
+        assert time.time() - fault < LIMIT, "processes are left"
+        time.sleep(0.01)
+    assert time.time() - fault < LIMIT
+
+
 def named_ranks(mpirun):
     """Process numbers of the job's programs."""
     found = subprocess.run(["ps", "-o", "pid=,comm=", "--ppid", str(mpirun.pid)],
                            capture_output=True, text=True, check=False).stdout.split()
     return [int(pid) for pid, name in zip(found[::2], found[1::2]) if name.startswith("bedload-")]
-
-
-def is_gone(pid):
-    try:
-        with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as stat:
-            return stat.read().rsplit(")", 1)[1].split()[0] in "ZX"
-    except OSError:
-        return True
 
 
 # Program, rank in the job, call, file or count: in each phase of a step, and of writing.
@@ -118,9 +132,12 @@ def test_killed_at_a_chosen_moment(serial_runs, tmp_path, moment):
     begun, whole, ranks = serial_runs
     out = tmp_path / "out"
     shutil.copytree(begun, out)
-    before = ["env", f"BEDLOAD_KILL={MOMENTS[moment]}", f"LD_PRELOAD={BIN / 'kill_at.so'}"]
+    mark = tmp_path / "killed"
+    before = ["env", f"BEDLOAD_KILL={MOMENTS[moment]}", f"BEDLOAD_KILLED={mark}",
+              f"LD_PRELOAD={BIN / 'kill_at.so'}"]
     result = job(out, *BUSY, "--steps", str(STEPS - 4), restart=out, fluid_before=before,
                  dem_before=before)
+    check_gone(out, mark.stat().st_mtime)
     check_end(out, result.status, result.output)
     check_going_on(out, whole, ranks)
 
@@ -139,9 +156,10 @@ def test_killed_at_a_random_moment(runs, tmp_path, trial):
         pids = named_ranks(mpirun)
         wait_for(lambda: rows(out / "history.csv") > 4, mpirun)
         time.sleep(random.uniform(0.0, 0.1))
+        fault = time.time()
         os.kill(random.choice(pids), signal.SIGABRT if trial == 1 else signal.SIGKILL)
-        output, _ = mpirun.communicate(timeout=SOON)
-        wait_for(lambda: all(is_gone(pid) for pid in pids))
+        output, _ = mpirun.communicate(timeout=LIMIT)
+        check_gone(out, fault)
     finally:
         mpirun.kill()
     check_end(out, mpirun.returncode, output)
@@ -153,11 +171,11 @@ def rows(table):
     return len(table.read_text().splitlines()) - 1
 
 
-def wait_for(true, mpirun=None):
-    deadline = time.monotonic() + SOON
+def wait_for(true, mpirun):
+    deadline = time.monotonic() + START
     while not true():
         assert time.monotonic() < deadline, "it takes too long"
-        assert mpirun is None or mpirun.poll() is None, "the job has ended too early"
+        assert mpirun.poll() is None, "the job has ended too early"
         time.sleep(0.01)
 
 
@@ -168,12 +186,12 @@ def test_mpirun_itself_killed(tmp_path):
                               stderr=subprocess.DEVNULL)  # fmt: skip
     try:
         wait_for(lambda: checkpoints(out), mpirun)
-        pids = named_ranks(mpirun)
-        assert len(pids) == 3
+        assert len(named_ranks(mpirun)) == 3
     finally:
+        fault = time.time()
         mpirun.kill()
         mpirun.wait()
-    wait_for(lambda: all(is_gone(pid) for pid in pids))
+    check_gone(out, fault)
 
 
 # Bytes that a file of one program may have. The state of the pocket takes 0.4 MB.
@@ -192,7 +210,8 @@ def test_a_file_that_may_not_grow(tmp_path, limits, words, ranks):
     settings = BUSY if "fields.h5" in words[0] else BUSY[:2]
     result = job(out, *settings, "--steps", str(STEPS), ranks=ranks, **limits)
     check_end(out, result.status, result.output, words)
-    assert result.seconds < SOON
+    assert result.seconds < LIMIT  # from its start
+    check_gone(out, time.time())
 
 
 @pytest.fixture
@@ -218,6 +237,8 @@ def test_a_full_disk(small_disk, tmp_path, what):
     settings = BUSY if what == "fields.h5" else [*BUSY[:2], "--set", "output.history_every=1000"]
     result = job(out, *settings, "--steps", "30", ranks=(2, 1))
     check_end(out, result.status, result.output, [what, "No space left on device"])
+    assert result.seconds < LIMIT
+    check_gone(out, time.time())
     assert checkpoints(out)
 
 
@@ -265,7 +286,7 @@ def test_a_partner_that_never_comes(tmp_path):
         assert result.status != 0
         said = spoken(result.output)
         assert len(said) == 1 and "BEDLOAD_START_LIMIT" in said[0], result.output
-        assert result.seconds < SOON
+        assert result.seconds < LIMIT
 
 
 def test_one_program_alone(tmp_path):
@@ -287,4 +308,4 @@ def test_a_partner_of_another_version(tmp_path):
         said = spoken(result.output)
         assert len(said) == 1, result.output
         assert "version 0.0.1" in said[0] and "one build" in said[0]
-        assert result.seconds < SOON
+        assert result.seconds < LIMIT
