@@ -95,7 +95,10 @@ bool print_help(const Job& job, int argc, char** argv) {
   if (!job.alone()) return false;
   for (const std::string_view word : std::span(argv + 1, argv + argc)) {
     if (word != "--help" && word != "--help-styles") continue;
-    const std::string text = word == "--help" ? help : describe_styles() + describe_coupling();
+    std::string text = word == "--help" ? help : "";
+    if (word == "--help-styles")
+      for (const auto& group : {styles(), coupling_styles()})
+        for (const StyleHelp& style : group) text += describe_style(style);
     if (job.rank() == 0) std::fputs(text.c_str(), stdout);
     return true;
   }

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <limits>
 #include <optional>
-#include <string_view>
+#include <span>
 
 #include "atom.h"
 #include "comm.h"
@@ -35,16 +34,9 @@ namespace {
 
 /// Number behind `steps`; without the keyword more steps than anybody makes.
 std::int64_t read_steps(LAMMPS_NS::LAMMPS* instance, int narg, char** arg) {
-  if (narg == 0) return std::numeric_limits<std::int64_t>::max();
-  std::int64_t steps = 0;
-  if (narg == 2 && std::string_view(arg[0]) == "steps") {
-    const std::string_view text(arg[1]);
-    const auto [end, error] = std::from_chars(text.begin(), text.end(), steps);
-    if (error == std::errc{} && end == text.end() && steps > 0) return steps;
-  }
-  stop_run(instance,
-           fmt::format("coupled_run: found '{}{}{}', allowed is nothing or 'steps N' with N > 0",
-                       arg[0], narg > 1 ? " " : "", narg > 1 ? arg[1] : ""));
+  const Arguments given(instance, CoupledRun::help, std::span(arg, static_cast<std::size_t>(narg)));
+  return given.has("steps") ? static_cast<std::int64_t>(given.number("steps"))
+                            : std::numeric_limits<std::int64_t>::max();
 }
 
 /// Dumps add to what their files hold, and leave out the step that is there already.

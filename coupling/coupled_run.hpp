@@ -1,5 +1,6 @@
 #pragma once
 
+#include "liggghts_styles/keywords.hpp"
 #include "pointers.h"
 
 namespace bedload {
@@ -16,6 +17,13 @@ class FixCoupleFluid;
 /// are passed over, and the one that was under way begins with the spheres of the checkpoint.
 class CoupledRun : protected LAMMPS_NS::Pointers {
  public:
+  static constexpr NumberKeyword keywords[] = {{"steps", 0, false, 1e15, 0,
+                                                "until the fluid's time is up", "fluid time steps",
+                                                "How long this coupled run lasts.", true}};
+  static constexpr StyleHelp help{"coupled_run",
+                                  "Takes the place of run: the grains move with the fluid.",
+                                  "coupled_run [steps N]", keywords};
+
   explicit CoupledRun(LAMMPS_NS::LAMMPS* instance) : Pointers(instance) {}
   void command(int narg, char** arg);
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <string_view>
 
 #include "atom.h"
@@ -79,20 +80,18 @@ T reduced(T value, MPI_Datatype type, MPI_Op operation, MPI_Comm world) {
 
 FixCoupleFluid::FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp_, int narg, char** arg)
     : Fix(lmp_, narg, arg), side_(attached(world)) {
+  const Arguments given(lmp, help, std::span(arg, static_cast<std::size_t>(narg)).subspan(3));
+  if (given.has("fixed")) {
+    const int found = group->find(given.word("fixed").c_str());
+    if (found < 0)
+      stop_run(lmp, fmt::format("fix couple/fluid: the group '{}' behind 'fixed' does not exist",
+                                given.word("fixed")));
+    fixed_bit_ = group->bitmask[found];
+  }
   if (side_ == nullptr)
     stop_run(lmp,
              "fix couple/fluid: this job has no fluid; start both programs, mpirun -np N "
              "bedload-fluid fluid.toml : -np M bedload-dem -in in.liggghts");
-  for (int word = 3; word < narg; word += 2) {
-    if (std::string_view(arg[word]) != "fixed" || word + 1 == narg)
-      stop_run(lmp,
-               fmt::format("fix couple/fluid: found '{}', allowed is 'fixed GROUP'", arg[word]));
-    const int found = group->find(arg[word + 1]);
-    if (found < 0)
-      stop_run(lmp, fmt::format("fix couple/fluid: the group '{}' behind 'fixed' does not exist",
-                                arg[word + 1]));
-    fixed_bit_ = group->bitmask[found];
-  }
   if (modify->n_fixes_style_strict("couple/fluid") > 0)
     stop_run(lmp, "fix couple/fluid: the script has another one already; one is enough");
   if (atom->map_style == 0)

@@ -6,6 +6,7 @@
 
 #include "coupling/dem_side.hpp"
 #include "fix.h"
+#include "liggghts_styles/keywords.hpp"
 
 namespace LAMMPS_NS {
 class FixPropertyAtom;
@@ -24,6 +25,15 @@ namespace bedload {
 /// f_couple_force[1..3], f_couple_torque[1..3].
 class FixCoupleFluid : public LAMMPS_NS::Fix {
  public:
+  static constexpr WordKeyword words[] = {
+      {"fixed", "none: all are mobile",
+       "Group of the spheres that never move; the fluid hears of them once."}};
+  static constexpr StyleHelp help{"fix couple/fluid",
+                                  "Puts the spheres of the group into the fluid of bedload-fluid.",
+                                  "fix ID group couple/fluid [fixed GROUP]",
+                                  {},
+                                  words};
+
   FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp, int narg, char** arg);
 
   void post_create() override;

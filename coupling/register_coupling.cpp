@@ -13,23 +13,6 @@ void register_coupling(LAMMPS_NS::LAMMPS* lmp) {
               [](LAMMPS_NS::LAMMPS* l, int narg, char** arg) { CoupledRun(l).command(narg, arg); });
 }
 
-std::string describe_coupling() {
-  constexpr WordKeyword fixed[] = {
-      {"fixed", "none: all are mobile",
-       "Group of the spheres that never move; the fluid hears of them once."}};
-  constexpr NumberKeyword steps[] = {{"steps", 0, false, no_limit, 0,
-                                      "until the fluid's time is up", "fluid time steps",
-                                      "How long this coupled run lasts."}};
-  return describe_style({"fix couple/fluid",
-                         "Puts the spheres of the group into the fluid of bedload-fluid.",
-                         "fix ID group couple/fluid [fixed GROUP]",
-                         {},
-                         fixed}) +
-         describe_style({"coupled_run",
-                         "Takes the place of run: the grains move with the fluid.",
-                         "coupled_run [steps N]",
-                         steps,
-                         {}});
-}
+std::vector<StyleHelp> coupling_styles() { return {FixCoupleFluid::help, CoupledRun::help}; }
 
 }  // namespace bedload

@@ -1,6 +1,8 @@
 #pragma once
 
-#include <string>
+#include <vector>
+
+#include "liggghts_styles/keywords.hpp"
 
 namespace LAMMPS_NS {
 class LAMMPS;
@@ -12,7 +14,7 @@ namespace bedload {
 /// styles at `clear`; LAMMPS::post_create, which it then calls, is the place to call this from.
 void register_coupling(LAMMPS_NS::LAMMPS* lmp);
 
-/// Name, meaning, syntax and keywords of both (bedload-dem --help-styles).
-std::string describe_coupling();
+/// What the help says of both (bedload-dem --help-styles).
+std::vector<StyleHelp> coupling_styles();
 
 }  // namespace bedload

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <string_view>
+#include <span>
 
 #include "liggghts_styles/liggghts.hpp"
 
@@ -33,22 +33,9 @@ FixCollisionTable::FixCollisionTable(LAMMPS_NS::LAMMPS* lammps, int narg, char**
   if (modify->find_fix_style_strict("collision/table", 0) != nullptr) {
     stop_run(lmp, "fix collision/table: there is one already, and one serves all pairs and walls");
   }
-  for (int n = 3; n < narg; n += 2) {
-    const std::string_view key(arg[n]);
-    if (key != "file" && key != "every") {
-      stop_run(lmp,
-               fmt::format("{}: unknown keyword '{}', there are file and every", style_name, key));
-    }
-    if (n + 1 == narg)
-      stop_run(lmp, fmt::format("{}: {} needs a value behind it", style_name, key));
-    if (key == "file") {
-      file_ = arg[n + 1];
-    } else {
-      const double value = read_number(lmp, style_name, key, arg[n + 1]);
-      check_number(lmp, style_name, keywords[0], value);
-      every_ = static_cast<std::int64_t>(value);
-    }
-  }
+  const Arguments given(lmp, help, std::span(arg, narg).subspan(3));
+  file_ = given.word("file");
+  every_ = static_cast<std::int64_t>(given.number("every"));
   if (file_.empty()) stop_run(lmp, "fix collision/table needs the keyword 'file <name>'");
   atom->add_callback(1);
 }

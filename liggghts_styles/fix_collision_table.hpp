@@ -32,8 +32,8 @@ struct ContactStep {
 class FixCollisionTable : public LAMMPS_NS::Fix {
  public:
   static constexpr WordKeyword words[] = {{"file", "none, required", "Name of the table."}};
-  static constexpr NumberKeyword keywords[] = {
-      {"every", 1, true, 1e9, 1000, "", "DEM steps", "Steps between two writings of new rows."}};
+  static constexpr NumberKeyword keywords[] = {{"every", 1, true, 1e9, 1000, "", "DEM steps",
+                                                "Steps between two writings of new rows.", true}};
   static constexpr StyleHelp help{
       "fix collision/table",
       "One row of comma-separated values per finished contact, between spheres or with a wall.",

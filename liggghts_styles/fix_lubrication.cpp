@@ -4,7 +4,7 @@
 #include <mpi.h>
 
 #include <algorithm>
-#include <string_view>
+#include <span>
 
 #include "fix_property_atom.h"
 #include "liggghts_styles/formulas/lubrication.hpp"
@@ -26,24 +26,11 @@ FixLubrication::FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
   if (modify->find_fix_style_strict("lubrication", 0) != nullptr) {
     stop_run(lmp, "fix lubrication: there is one already, and one serves all pairs and walls");
   }
-  double* const values[] = {&viscosity_setting_, &range_setting_, &smallest_gap_, &unresolved_};
-  for (std::size_t k = 0; k < std::size(keywords); ++k) *values[k] = keywords[k].preset;
-  for (int n = 3; n < narg; n += 2) {
-    const auto* found = std::find_if(std::begin(keywords), std::end(keywords),
-                                     [&](const auto& known) { return known.name == arg[n]; });
-    if (found == std::end(keywords)) {
-      stop_run(
-          lmp,
-          fmt::format("{}: unknown keyword '{}', there are viscosity, range, gapMin and unresolved",
-                      style_name, arg[n]));
-    }
-    if (n + 1 == narg) {
-      stop_run(lmp, fmt::format("{}: {} needs a number behind it", style_name, arg[n]));
-    }
-    double& value = *values[found - std::begin(keywords)];
-    value = read_number(lmp, style_name, arg[n], arg[n + 1]);
-    check_number(lmp, style_name, *found, value);
-  }
+  const Arguments given(lmp, help, std::span(arg, narg).subspan(3));
+  viscosity_setting_ = given.number("viscosity");
+  range_setting_ = given.number("range");
+  smallest_gap_ = given.number("gapMin");
+  unresolved_ = given.number("unresolved");
   if (unresolved_ > 0 && range_setting_ > 0) {
     stop_run(lmp,
              fmt::format("{}: unresolved gives the range itself; leave out range", style_name));
@@ -85,6 +72,12 @@ void FixLubrication::prepare() {
                          "that gives it",
                          style_name, missing));
   }
+  const double smallest_gap = smallest_gap_ * force->registry.max_radius();
+  if (smallest_gap >= range_)
+    stop_run(lmp,
+             fmt::format("{}: gapMin of {} radii is a gap of {:.6g}, not below the range {:.6g}: "
+                         "the film would be as stiff at every gap",
+                         style_name, smallest_gap_, smallest_gap, range_));
   reach_out(lmp, style_name, range_);
 }
 

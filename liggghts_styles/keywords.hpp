@@ -1,9 +1,11 @@
 #pragma once
 
 #include <limits>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace LAMMPS_NS {
 class LAMMPS;
@@ -30,6 +32,7 @@ struct NumberKeyword {
   std::string_view preset_text{};  ///< where that is worked out: from what
   std::string_view unit = "-";
   std::string_view meaning{};
+  bool whole = false;  ///< no fractions
 };
 
 /// What is allowed, in words.
@@ -62,9 +65,29 @@ void check_number(LAMMPS_NS::LAMMPS* lmp, std::string_view style, const NumberKe
                   double value);
 
 /// Checks those of the pairs "keyword value" among `arguments` that are in `keywords`; leaves
-/// others to whoever knows them.
+/// others to whoever knows them. @param style name for the sentence
 void check_numbers(LAMMPS_NS::LAMMPS* lmp, std::string_view style,
                    std::span<const NumberKeyword> keywords, std::span<char*> arguments);
+
+/// "unknown keyword 'rage', the nearest is 'range' (there are range and viscosity)".
+std::string unknown_keyword(std::string_view found, std::span<const std::string> known);
+
+/// The pairs "keyword value" of a line, in any order, as a style declares them. Ends the run with
+/// one sentence where a keyword is unknown, has no value, or one that is not allowed.
+class Arguments {
+ public:
+  Arguments(LAMMPS_NS::LAMMPS* lmp, const StyleHelp& style, std::span<char*> line);
+
+  /// The value given, or the preset of the declaration.
+  double number(std::string_view name) const;
+  /// The word given, or "".
+  std::string word(std::string_view name) const;
+  bool has(std::string_view name) const { return given_.contains(name); }
+
+ private:
+  const StyleHelp& style_;
+  std::map<std::string_view, std::string> given_;
+};
 
 /// Ends the run on all ranks with one sentence. To be called on every rank.
 [[noreturn]] void stop_run(LAMMPS_NS::LAMMPS* lmp, std::string_view sentence);

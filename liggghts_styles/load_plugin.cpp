@@ -4,17 +4,16 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <string_view>
+#include <span>
+#include <string>
 
 #include "liggghts_styles/plugin.hpp"
 
 namespace bedload {
 
 void load_plugin(LAMMPS_NS::LAMMPS* lmp, int narg, char** arg) {
-  if (narg != 2 || std::string_view(arg[0]) != "load")
-    stop_run(lmp,
-             fmt::format("plugin: found '{}', allowed is 'load FILE'", narg > 0 ? arg[0] : ""));
-  const std::string file = arg[1];
+  const std::string file = Arguments(lmp, plugin_help, std::span(arg, narg)).word("load");
+  if (file.empty()) stop_run(lmp, "plugin needs the keyword 'load <file>'");
   // A name without a folder would be looked for among the system's libraries.
   const std::string path = std::filesystem::absolute(file).string();
   if (!std::filesystem::is_regular_file(path))

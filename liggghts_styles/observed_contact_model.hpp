@@ -8,6 +8,7 @@
 #include "liggghts_styles/fix_lubrication.hpp"
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/mobility.hpp"
+#include "liggghts_styles/unknown_setting.hpp"
 
 namespace bedload {
 
@@ -27,6 +28,11 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
                        std::int64_t hash)
       : Base(lmp, setup, is_wall, hash), lmp_(lmp) {
     if (is_wall) wall_ = dynamic_cast<LAMMPS_NS::FixWallGran*>(setup);
+  }
+
+  void registerSettings(Settings& settings) {
+    Base::registerSettings(settings);
+    catch_unknown_settings(settings);
   }
 
   void connectToProperties(PropertyRegistry& registry) {

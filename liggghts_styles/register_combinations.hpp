@@ -20,7 +20,9 @@ namespace bedload {
 /// declares them as its member `keywords`; LIGGGHTS' own models have none.
 template <class Model>
 void check_keywords(LAMMPS_NS::LAMMPS* lmp, std::span<char*> words) {
-  if constexpr (requires { Model::keywords; })
+  if constexpr (requires { Model::help; })
+    check_numbers(lmp, Model::help.name, Model::keywords, words);
+  else if constexpr (requires { Model::keywords; })
     check_numbers(lmp, "contact model", Model::keywords, words);
 }
 

@@ -40,14 +40,14 @@ void register_styles(LAMMPS_NS::LAMMPS* lmp) {
   add_command(lmp, "plugin", load_plugin);
 }
 
-std::string describe_styles() {
+std::vector<StyleHelp> styles() {
   using namespace LIGGGHTS::ContactModels;
-  std::string text;
-  for (const StyleHelp& style : {NormalModel<BEDLOAD_ACTM>::help, NormalModel<BEDLOAD_RPM>::help,
-                                 TangentialModel<BEDLOAD_HAFF_WERNER>::help, FixLubrication::help,
-                                 FixCollisionTable::help, plugin_help})
-    text += describe_style(style);
-  return text;
+  return {NormalModel<BEDLOAD_ACTM>::help,
+          NormalModel<BEDLOAD_RPM>::help,
+          TangentialModel<BEDLOAD_HAFF_WERNER>::help,
+          FixLubrication::help,
+          FixCollisionTable::help,
+          plugin_help};
 }
 
 void check_styles(LAMMPS_NS::LAMMPS* lmp) {

@@ -1,6 +1,8 @@
 #pragma once
 
-#include <string>
+#include <vector>
+
+#include "liggghts_styles/keywords.hpp"
 
 namespace LAMMPS_NS {
 class LAMMPS;
@@ -21,8 +23,8 @@ namespace bedload {
 /// definition in the executable takes the place of the empty one in the library.
 void register_styles(LAMMPS_NS::LAMMPS* lmp);
 
-/// Name, meaning, syntax and keywords of all of them (bedload-dem --help-styles).
-std::string describe_styles();
+/// What the help says of each of them (bedload-dem --help-styles).
+std::vector<StyleHelp> styles();
 
 /// Ends the run with one sentence if register_styles was never called for this object, for instance
 /// because post_create of the library was called instead of the program's.

@@ -1,5 +1,5 @@
-// Opens what each line of its input names as `--restart` does, and answers each by one line: "step N" or
-// the sentence of the refusal.
+// Opens what each line of its input names as `--restart` does, and answers each by one line: "step
+// N" or the sentence of the refusal.
 
 #include <mpi.h>
 

@@ -154,7 +154,7 @@ FIX = "fix             fluid all couple/fluid fixed bed"
     [
         ("pair_style      gran", "pair_style      grann", "ERROR: "),
         ("\ncoupled_run", "\nrun 100", "use coupled_run"),
-        ("\ncoupled_run", "\ncoupled_run step 5", "'step 5'"),
+        ("\ncoupled_run", "\ncoupled_run step 5", "unknown keyword 'step', the nearest is 'steps'"),
         ("\ncoupled_run", "\nquit", "before the fluid did"),
         ("\ncoupled_run", "\n", "before the fluid did"),
         ("\ncoupled_run", "\ncoupled_run steps 5", "before the fluid did"),

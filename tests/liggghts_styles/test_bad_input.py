@@ -38,7 +38,14 @@ CASES = {
         dict(settings="collisionSteps -3"),
         ["collisionSteps has to be more than 0", "-3"],
     ),
-    "unknown keyword": (dict(settings="collisionStep 10"), ["collisionStep"]),
+    "unknown keyword": (
+        dict(settings="collisionStep 10"),
+        ["unknown keyword 'collisionStep'", "the nearest is 'collisionSteps'"],
+    ),
+    "gapMin above the range": (
+        dict(lines=[f"{FILM} viscosity 1e-3 range 1e-3 gapMin 0.3"]),
+        ["gapMin of 0.3 radii is a gap of 0.0015", "the range 0.001"],
+    ),
     "no such model": (dict(contact="model actn"), ["Invalid model"]),
     "combination not registered": (
         dict(contact="model actm tangential haff_werner cohesion sjkr"),
@@ -62,7 +69,7 @@ CASES = {
     ),
     "lubrication keyword": (
         dict(lines=[f"{FILM} visc 1e-3"]),
-        ["unknown keyword 'visc'", "viscosity, range, gapMin and unresolved"],
+        ["unknown keyword 'visc'", "the nearest is 'viscosity'", "viscosity, range, gapMin, unresolved"],
     ),
     "two lubrications": (
         dict(lines=[f"{FILM} viscosity 1e-3 range 1e-3", "fix b all lubrication"]),

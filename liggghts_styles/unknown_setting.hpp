@@ -1,0 +1,60 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "liggghts_styles/keywords.hpp"
+#include "settings.h"
+
+namespace bedload {
+namespace detail {
+
+/// The settings by name, which LIGGGHTS keeps private (see private_access.hpp).
+template <auto Member>
+struct SettingsDoor {
+  friend auto& settings_of(Settings& settings) { return settings.*Member; }
+};
+
+auto& settings_of(Settings& settings);
+
+template struct SettingsDoor<&Settings::settings>;
+
+}  // namespace detail
+
+/// LIGGGHTS asks the settings of a contact model in the order of their names which of them takes
+/// the next word. This one stands last and meets what none has taken: it refuses it and offers the
+/// nearest name.
+class UnknownSetting : public Setting {
+ public:
+  static constexpr const char* last = "~";
+
+  explicit UnknownSetting(const std::map<std::string, Setting*>& known) : Setting(last, 0) {
+    for (const auto& [name, setting] : known) names_.push_back(name);
+  }
+
+  int parseArguments(char** words) override {
+    const std::string found(words[0]);
+    constexpr const char* models[] = {"model", "tangential", "cohesion", "rolling_friction",
+                                      "surface"};
+    error_message =
+        std::count(std::begin(models), std::end(models), found) > 0
+            ? "'" + found + "' has to stand in front of the keywords of the contact models"
+            : "contact models: " + unknown_keyword(found, names_);
+    return -1;
+  }
+  void print_value(FILE*) override {}
+
+ private:
+  std::vector<std::string> names_;
+};
+
+/// To be called when all models have registered their settings.
+inline void catch_unknown_settings(Settings& settings) {
+  auto& known = detail::settings_of(settings);
+  known[UnknownSetting::last] = new UnknownSetting(known);  // the settings delete it
+}
+
+}  // namespace bedload
