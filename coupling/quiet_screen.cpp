@@ -12,13 +12,15 @@
 namespace bedload {
 namespace {
 
-/// LIGGGHTS numbers the bins in which it looks for neighbouring triangles from the box and the largest
-/// triangle; copies through periodic ends may lie beyond them.
+/// LIGGGHTS numbers the bins in which it looks for neighbouring triangles from the box and the
+/// largest triangle; copies through periodic ends may lie beyond them.
 constexpr std::string_view lost_triangle = "region_neighbor_list_I.h";
 constexpr const char* about_triangles =
     "a mesh wall has triangles that LIGGGHTS cannot keep in a periodic box of this size: their "
-    "largest radius (centre to corner) has to lie between a sixth of the neighbour cut-off (largest "
-    "diameter and range, and skin) and the shortest periodic length less half that cut-off; divide or "
+    "largest radius (centre to corner) has to lie between a sixth of the neighbour cut-off "
+    "(largest "
+    "diameter and range, and skin) and the shortest periodic length less half that cut-off; divide "
+    "or "
     "join triangles, or write the wall as a primitive one";
 
 /// Several ranks may meet the same mistake at once; the first one speaks.
@@ -60,6 +62,9 @@ void QuietScreen::take(const char* text, std::size_t size) {
       }
     } else if (line_.starts_with("WARNING")) {
       std::fprintf(stderr, "\n%s: %s\n", program_name(Program::dem), line_.c_str());
+    } else if (line_ == "Created 0 atoms") {
+      std::fprintf(stderr, "\n%s: WARNING: a create_atoms has made no atom: %s\n",
+                   program_name(Program::dem), "its place lies outside the box or its region");
     }
     line_.clear();
   }
