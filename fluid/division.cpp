@@ -16,7 +16,7 @@ namespace {
 // In units of a cell's time in a stage; measured on one rank, but for value_cost (README.md, "On
 // many ranks").
 constexpr double loop_cost = 5.0;      // a marker in one loop of forcing
-constexpr double placing_cost = 35.0;  // a mobile sphere's marker: found and weighed
+constexpr double placing_cost = 25.0;  // a mobile sphere's marker: found and weighed
 constexpr double up_share = 0.7;       // of a cell's time: predictor and the way up
 constexpr double value_cost = 0.4;     // a number packed, sent, received and unpacked
 

@@ -119,14 +119,25 @@ void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> all) {
 template <class Real>
 void ImmersedBoundary<Real>::move_spheres(std::span<const SphereState> mobile) {
   if (mobile.empty() && mobile_.empty() && slabs_.ranks() == 1) return;
-  set_mobile(mobile);
+  const bool stay = set_mobile(mobile);
+  if (all_stay(stay)) return;
   find_planes_reached();
   place_mobile();
 }
 
-/// Keeps the mobile ones among `all` that are near this rank's block.
+/// Whether the mobile spheres are where their markers are, on every rank: a rank whose spheres stay
+/// still has a part in the weights of its neighbours' markers.
 template <class Real>
-void ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
+bool ImmersedBoundary<Real>::all_stay(bool here) const {
+  int moved = here ? 0 : 1;
+  MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPI_INT, MPI_MAX, slabs_.comm());
+  return moved == 0;
+}
+
+/// Keeps the mobile ones among `all` that are near this rank's block. Returns whether these are the
+/// same spheres as before in the same places, bit for bit.
+template <class Real>
+bool ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
   std::vector<Mobile> now;
   for (const SphereState& sphere : all) {
     if (!sphere.mobile || !blocks_.is_near(slabs_.rank(), sphere.position, sphere.radius)) continue;
@@ -139,8 +150,14 @@ void ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
   for (std::size_t n = 1; n < now.size(); ++n)
     if (now[n].state.tag == now[n - 1].state.tag) report_twins(now[n].state.tag);
   hand_over_memories(now);
+  const bool stay = std::equal(
+      now.begin(), now.end(), mobile_.begin(), mobile_.end(), [](const Mobile& a, const Mobile& b) {
+        return a.state.tag == b.state.tag && a.state.radius == b.state.radius &&
+               a.state.position == b.state.position;
+      });
   mobile_ = std::move(now);
   find_partners();
+  return stay;
 }
 
 /// Up to the highest sphere's support; neighbours that a sphere reaches across their common
@@ -202,6 +219,7 @@ void ImmersedBoundary<Real>::place_fixed() {
 template <class Real>
 void ImmersedBoundary<Real>::place_mobile() {
   const Stopwatch watch(seconds_.placing);
+  ++placings_;
   halo_.reset();
   mobile_halo_.forget();
   for (MarkerList<Real>& list : mobile_lists_) list.clear();
@@ -327,46 +345,11 @@ void ImmersedBoundary<Real>::weigh_mobile() {
   mobile_halo_.refresh(scratch_);
   for (auto& list : mobile_lists_) weigh<Real>(list, all_of(list), nullptr, scratch_);
 
-  for (const Mobile& sphere : mobile_)
-    clear_around(sphere.state.position, sphere.state.radius + (shared_reach + 2.5) * grid_.h);
-  mobile_halo_.clear_touched(scratch_);
-}
-
-/// Empties the scratch field, ghosts included, within `distance` of a place.
-template <class Real>
-void ImmersedBoundary<Real>::clear_around(const Vec3& centre, double distance) {
-  const double h = grid_.h;
-  const int nx = grid_.cells[0];
-  const auto lowest = [&](int d, double reach) {
-    return static_cast<int>(std::floor((centre[d] - reach) / h));
-  };
-  const auto highest = [&](int d, double reach) {
-    return static_cast<int>(std::floor((centre[d] + reach) / h));
-  };
-  /// Calls use(local) wherever a global plane or row lies in this block or its ghosts.
-  const auto each_local = [this](int d, int cell, int first, int count, auto use) {
-    const int n = grid_.cells[static_cast<std::size_t>(d)];
-    for (const int image : {0, -n, n}) {
-      if (image != 0 && !grid_.periodic(d)) continue;
-      const int local = cell + image - first;
-      if (local >= -1 && local <= count) use(local);
-    }
-  };
-  for (int j = lowest(1, distance); j <= highest(1, distance); ++j) {
-    const double off = std::max(0.0, std::abs(grid_.centre(j) - centre.y()) - h);
-    const double disc = distance * distance - off * off;
-    if (disc <= 0.0) continue;
-    each_local(1, j, slabs_.first(), scratch_.planes(), [&](int plane) {
-      for (int k = lowest(2, std::sqrt(disc)); k <= highest(2, std::sqrt(disc)); ++k)
-        each_local(2, k, slabs_.first_row(), scratch_.nz(), [&](int row) {
-          int first = lowest(0, distance), last = highest(0, distance);
-          if (first < 0 || last >= nx) first = -1, last = nx;
-          for (int c = 0; c < 3; ++c)
-            std::fill(scratch_.row(plane, row, c) + first, scratch_.row(plane, row, c) + last + 1,
-                      Real{});
-        });
-    });
+  for (const std::size_t c : components) {
+    clear_supports(fixed_lists_[c], near_mobile_[c], scratch_);
+    clear_supports(mobile_lists_[c], all_of(mobile_lists_[c]), scratch_);
   }
+  mobile_halo_.clear_touched(scratch_);
 }
 
 template <class Real>

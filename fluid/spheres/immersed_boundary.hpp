@@ -77,7 +77,8 @@ class ImmersedBoundary {
 
   /// The mobile spheres as they are now: all that are near this rank's block; others may be among
   /// them. New ones may have come and old ones be gone; those that stay keep what is remembered of
-  /// them, by tag, also where they change rank. Throws UserError as set_spheres().
+  /// them, by tag, also where they change rank. Markers are found and weighed anew unless no mobile
+  /// sphere of the run has moved. Throws UserError as set_spheres().
   void move_spheres(std::span<const SphereState> mobile);
 
   /// Takes the momentum inside the mobile spheres from the velocity before the predictor.
@@ -97,6 +98,8 @@ class ImmersedBoundary {
   /// is set.
   void force(Field<Real>& velocity, double stage_step, bool measure = false);
 
+  /// How often the mobile spheres' markers were found and weighed.
+  int placings() const { return placings_; }
   /// Loops of the last forcing; the same on every rank.
   int loops() const { return given_.loops; }
   /// Force of this rank's markers on the fluid, mean over the last forcing's stage [M L/T^2]; their
@@ -159,7 +162,8 @@ class ImmersedBoundary {
   /// By rank: indices of the spheres that are near both that rank and this one.
   using Partners = std::map<int, std::vector<int>>;
 
-  void set_mobile(std::span<const SphereState> all);
+  bool set_mobile(std::span<const SphereState> all);
+  bool all_stay(bool here) const;
   void hand_over_memories(std::vector<Mobile>& now) const;
   void find_partners();
   std::vector<Share> complete_shares() const;
@@ -171,7 +175,6 @@ class ImmersedBoundary {
   void weigh_fixed();
   void find_near_mobile();
   void weigh_mobile();
-  void clear_around(const Vec3& centre, double distance);
   template <class Use>
   SlipSums local_slip(const Field<Real>& velocity, Use use) const;
   SlipSums find_changes(const Field<Real>& velocity);
@@ -203,6 +206,7 @@ class ImmersedBoundary {
   std::vector<int> indices_;                     ///< 0, 1, 2, ...
   Field<Real> scratch_;  ///< planes up to the highest sphere; zero between calls
   int planes_reached_ = 0;
+  int placings_ = 0;
   bool stage_started_ = false;
   Given given_;
   MarkerSeconds seconds_;

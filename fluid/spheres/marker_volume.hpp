@@ -18,7 +18,7 @@ namespace bedload {
 /// over all markers of all spheres, which is what keeps spheres in contact stable. A times one is
 /// the interpolation of spread ones, so this costs as much as one forcing loop.
 ///
-/// The three steps below work on a scratch field that is zero before and after. `markers` is a
+/// The steps below work on a scratch field that is zero before and after. `markers` is a
 /// range of indices into the list.
 
 /// scratch += J^T 1.
@@ -31,6 +31,16 @@ void spread_ones(const MarkerList<Real>& list, std::span<const int> markers, Fie
       prefetch(list.stencil[static_cast<std::size_t>(markers[n + prefetch_ahead])], origin);
     spread(list.stencil[static_cast<std::size_t>(markers[n])], Real{1}, origin, plane);
   }
+}
+
+/// Empties the cells that spread_ones() filled.
+template <class Real>
+void clear_supports(const MarkerList<Real>& list, std::span<const int> markers,
+                    Field<Real>& scratch) {
+  Real* origin = scratch.row(0, 0, 0);
+  const auto plane = static_cast<std::ptrdiff_t>(scratch.plane_size());
+  for (const int marker : markers)
+    clear(list.stencil[static_cast<std::size_t>(marker)], origin, plane);
 }
 
 /// volume_l = 1 / (before_l + (J scratch)_l); `before` (for the whole list) may be null.

@@ -157,6 +157,14 @@ inline void spread(const Stencil<Real>& s, Real value, Real* origin, std::ptrdif
   }
 }
 
+/// u_ijk = 0 where the marker spreads.
+template <class Real>
+inline void clear(const Stencil<Real>& s, Real* origin, std::ptrdiff_t plane) {
+  Real* corner = origin + s.first;
+  for (int m = 0; m < 3; ++m, corner += plane)
+    for (const std::int32_t row : {0, s.rows[0], s.rows[1]}) store(corner + row, Lanes<Real>{});
+}
+
 /// How many markers before its turn a support is asked for.
 inline constexpr std::size_t prefetch_ahead = 8;
 

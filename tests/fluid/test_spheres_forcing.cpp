@@ -271,6 +271,38 @@ TEST(Forcing, WhatTheProjectionDoesInsideReachesTheSphereInTheEnd) {
   EXPECT_LT((turn - 0.4 * mass * 0.16 * all[0].angular_velocity).norm(), 3e-3 * turn.norm());
 }
 
+TEST(Forcing, SpheresThatStayKeepTheirMarkers) {
+  Flow<double> flow(small_box(), MPI_COMM_WORLD), fresh(small_box(), MPI_COMM_WORLD);
+  std::vector<SphereState> all = spheres_everywhere();
+  flow.boundary.set_spheres(all);
+  EXPECT_EQ(flow.boundary.placings(), 1);
+  all[4].velocity = {0.1, 0.2,
+                     -0.3};  // what turns or is about to move has its markers where they were
+  all[5].angular_velocity = {1.0, 0.0, 2.0};
+  flow.boundary.move_spheres(all);
+  EXPECT_EQ(flow.boundary.placings(), 1);
+  fresh.boundary.set_spheres(all);
+  std::vector<std::vector<SphereLoad>> loads;
+  for (Flow<double>* f : {&flow, &fresh}) {
+    f->fill(wavy);
+    f->boundary.start_stage(f->velocity);
+    f->boundary.force(f->velocity, 0.01);
+    loads.push_back(f->loads(0.01));
+  }
+  ASSERT_EQ(loads[0].size(), loads[1].size());
+  for (std::size_t n = 0; n < loads[0].size(); ++n) {
+    EXPECT_EQ(loads[0][n].force, loads[1][n].force);
+    EXPECT_EQ(loads[0][n].torque, loads[1][n].torque);
+  }
+  // One sphere that moves, however little, or goes, and every rank finds markers again.
+  all[5].position.x() = std::nextafter(all[5].position.x(), 1.0);
+  flow.boundary.move_spheres(all);
+  EXPECT_EQ(flow.boundary.placings(), 2);
+  all.pop_back();
+  flow.boundary.move_spheres(all);
+  EXPECT_EQ(flow.boundary.placings(), 3);
+}
+
 TEST(Forcing, OneLoopRemovesAlmostAllOfAnEvenSlip) {
   // The row sums make a slip that is even over the kernel's width vanish but for what curvature and
   // the neighbours' unevenness leave; a volume of one cell per marker would leave half of it, none
