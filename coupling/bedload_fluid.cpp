@@ -196,8 +196,9 @@ int run(Job& job, int argc, char** argv) {
     partner.emplace(job).introduce(facts_of(settings, resumption),
                                    from ? from->place.grains() : std::string());
     dem = partner->meet();
-    const auto words = caution(facts_of(settings, resumption), dem->facts);
-    if (words && job.rank() == 0) fmt::print(stderr, "bedload-fluid: {}\n", *words);
+    if (job.rank() == 0)
+      for (const std::string& words : cautions(facts_of(settings, resumption), dem->facts))
+        fmt::print(stderr, "bedload-fluid: {}\n", words);
     if (!from) check_start(settings, dem->spheres);
   }
   const auto start = settings.accuracy.precision == "single" ? simulate<float> : simulate<double>;

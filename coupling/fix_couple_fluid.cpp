@@ -378,19 +378,24 @@ DemFacts FixCoupleFluid::collect_facts() const {
     for (std::size_t d = 0; d < 3; ++d) facts.gravity[d] += g[d];
   }
   facts.force_factor = force->ftm2v;
-  facts.smallest_radius = facts.smallest_density = std::numeric_limits<double>::infinity();
+  facts.smallest_radius = facts.smallest_density = facts.lightest =
+      std::numeric_limits<double>::infinity();
   for (int i = 0; i < atom->nlocal; ++i) {
     if ((atom->mask[i] & groupbit) == 0) continue;
     ++(is_mobile(atom->mask[i]) ? facts.mobile : facts.fixed);
     facts.smallest_radius = std::min(facts.smallest_radius, atom->radius[i]);
     facts.largest_radius = std::max(facts.largest_radius, atom->radius[i]);
-    if (is_mobile(atom->mask[i]))
-      facts.smallest_density = std::min(facts.smallest_density, atom->density[i]);
+    if (!is_mobile(atom->mask[i])) continue;
+    facts.smallest_density = std::min(facts.smallest_density, atom->density[i]);
+    facts.lightest = std::min(facts.lightest, atom->rmass[i]);
+    facts.heaviest = std::max(facts.heaviest, atom->rmass[i]);
   }
   facts.mobile = reduced(facts.mobile, MPI_INT64_T, MPI_SUM, world);
   facts.fixed = reduced(facts.fixed, MPI_INT64_T, MPI_SUM, world);
   facts.smallest_radius = reduced(facts.smallest_radius, MPI_DOUBLE, MPI_MIN, world);
   facts.largest_radius = reduced(facts.largest_radius, MPI_DOUBLE, MPI_MAX, world);
+  facts.lightest = reduced(facts.lightest, MPI_DOUBLE, MPI_MIN, world);
+  facts.heaviest = reduced(facts.heaviest, MPI_DOUBLE, MPI_MAX, world);
   facts.smallest_density = reduced(facts.smallest_density, MPI_DOUBLE, MPI_MIN, world);
   // A script may state the fluid's values for use without a fluid; then they have to be the same.
   const FluidValue density = FluidValue::find(lmp, "", "fluidDensity");

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "coupling/message.hpp"
 
@@ -16,7 +17,7 @@ namespace bedload {
 /// systems in which force is not mass times acceleration.
 std::optional<std::string> disagreement(const FluidFacts& fluid, const DemFacts& dem);
 
-/// What the scheme does not do well in such a scene, in one sentence; it runs nevertheless.
-std::optional<std::string> caution(const FluidFacts& fluid, const DemFacts& dem);
+/// What the scheme does not do well in such a scene, a sentence each; it runs nevertheless.
+std::vector<std::string> cautions(const FluidFacts& fluid, const DemFacts& dem);
 
 }  // namespace bedload

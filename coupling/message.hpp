@@ -90,6 +90,7 @@ struct DemFacts {
   std::int64_t mobile, fixed;
   double smallest_radius, largest_radius;  ///< [L]
   double smallest_density;                 ///< of the mobile spheres [M/L^3]; infinity: none
+  double lightest, heaviest;               ///< mobile sphere [M]; infinity and 0: none
   double density,
       viscosity;  ///< the fluid's (dynamic), as the script states them; NaN: it does not
 };

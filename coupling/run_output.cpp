@@ -255,6 +255,7 @@ HistoryRow RunOutput<Real>::history_row() const {
           .dissipation = channel.viscous_loss() / channel.grid().volume(),
           .forcing_work = simulation_.energy_work().forcing,
           .projection_work = simulation_.energy_work().projection,
+          .old_pressure_work = simulation_.energy_work().old_pressure,
           .u_tau_driving =
               u_tau_of_driving(driving, settings_.reference.height, settings_.fluid.density),
           .wall_stress_lower = wall_stress[0],

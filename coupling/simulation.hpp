@@ -22,6 +22,7 @@ struct GrainInterval {
 struct EnergyWork {
   double forcing = std::numeric_limits<double>::quiet_NaN();
   double projection = std::numeric_limits<double>::quiet_NaN();
+  double old_pressure = std::numeric_limits<double>::quiet_NaN();  ///< in the predictor
 };
 
 /// The flow, its spheres and, where some of them move, LIGGGHTS at the other end of the exchange:
@@ -69,6 +70,7 @@ class Simulation {
   std::vector<SphereLoad> loads_to_send() const;
   void take_note();
   void follow_energy(double& work);
+  void follow_old_pressure(int stage);
 
   Channel<Real> channel_;
   FluidSide* partner_;

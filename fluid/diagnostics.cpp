@@ -65,6 +65,31 @@ double viscous_loss_integral(const Field<Real>& velocity, const Grid& grid,
   return grid.cell_volume() * all_ranks(sum, MPI_SUM, slabs.comm());
 }
 
+// u (p_{i+1} - p_i) h_y/h + v (p_{j+1} - p_j) + w (p_{k+1} - p_k) h_y/h, h_y the height of the
+// cell: times h^2 the sum of u . grad p dV.
+template <class Real>
+double pressure_power_integral(const Field<Real>& velocity, const Field<Real>& pressure,
+                               const Grid& grid, const Decomposition& slabs) {
+  double sum = 0.0;
+  for (int j = 0; j < velocity.planes(); ++j) {
+    const double height = grid.thickness(slabs.first() + j);
+    for (int k = 0; k < velocity.nz(); ++k) {
+      const Real *u = velocity.row(j, k, 0), *v = velocity.row(j, k, 1), *w = velocity.row(j, k, 2);
+      const Real *p = pressure.row(j, k), *above = pressure.row(j + 1, k);
+      const Real* front = pressure.row(j, k + 1);
+      double row = 0.0;
+      for (int i = 0; i < velocity.nx(); ++i) {
+        const double here = double(p[i]);
+        row += height * (double(u[i]) * (double(p[i + 1]) - here) +
+                         double(w[i]) * (double(front[i]) - here)) +
+               double(v[i]) * (double(above[i]) - here);
+      }
+      sum += row;
+    }
+  }
+  return grid.cell_volume() / grid.h * all_ranks(sum, MPI_SUM, slabs.comm());
+}
+
 template <class Real>
 double largest_divergence(const Field<Real>& velocity, const Grid& grid,
                           const Decomposition& slabs) {
@@ -155,6 +180,8 @@ std::array<int, 3> find_fastest(const Field<Real>& velocity, const Grid& grid,
 #define BEDLOAD_INSTANTIATE(Real)                                                                 \
   template double kinetic_energy_integral(const Field<Real>&, const Grid&, const Decomposition&); \
   template double viscous_loss_integral(const Field<Real>&, const Grid&, const Decomposition&);   \
+  template double pressure_power_integral(const Field<Real>&, const Field<Real>&, const Grid&,    \
+                                          const Decomposition&);                                  \
   template double largest_divergence(const Field<Real>&, const Grid&, const Decomposition&);      \
   template double streamwise_sum(const Field<Real>&, const Grid&, const Decomposition&);          \
   template double largest_local_speed(const Field<Real>&, const Grid&, const Decomposition&);     \

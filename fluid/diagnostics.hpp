@@ -24,6 +24,12 @@ template <class Real>
 double viscous_loss_integral(const Field<Real>& velocity, const Grid& grid,
                              const Decomposition& slabs);
 
+/// Sum over all faces of u . grad p times their volume, walls' faces being at rest [L^5/T^3]; p may
+/// be the kinematic pressure with the ghosts above, in front and to the right.
+template <class Real>
+double pressure_power_integral(const Field<Real>& velocity, const Field<Real>& pressure,
+                               const Grid& grid, const Decomposition& slabs);
+
 /// Largest |div u| of all cells [1/T].
 template <class Real>
 double largest_divergence(const Field<Real>& velocity, const Grid& grid,

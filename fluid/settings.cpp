@@ -172,10 +172,10 @@ void declare_keys(Settings& s, Visitor& key) {
              "Time between samples of the mobile spheres; 0: every step.");
   key.integer("output.history_every", s.output.history_every, "-", Range{1, 1 << 30},
               "Steps between rows of history.csv.");
-  key.word(
-      "output.energy_work", s.output.energy_work, on_off_words,
-      "Whether history.csv tells what forcing at the markers and projection do on the flow; costs "
-      "nine sums over the box in a step.");
+  key.word("output.energy_work", s.output.energy_work, on_off_words,
+           "Whether history.csv tells what forcing at the markers, projection and the old pressure "
+           "do on the "
+           "flow; costs twelve sums over the box in a step.");
   key.integer("statistics.every", s.statistics.every, "-", Range{0, 1 << 30},
               "Steps between samples of the flow statistics; 0: none are taken.");
   key.number("statistics.from", s.statistics.from, "T", not_negative, Need::optional,

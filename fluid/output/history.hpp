@@ -20,6 +20,7 @@ struct HistoryRow {
   double dissipation = 0.0;        ///< what viscosity takes from it [M/(L T^3)]
   double forcing_work = 0.0;       ///< of the markers on the flow, last step [M/(L T^3)]
   double projection_work = 0.0;    ///< of projection and driving, last step [M/(L T^3)]
+  double old_pressure_work = 0.0;  ///< of the old pressure in the predictor, likewise
   double u_tau_driving = 0.0;      ///< sqrt(driving times depth / density) [L/T]
   double wall_stress_lower = 0.0;  ///< mean of the lower y wall along x [M/(L T^2)]
   double wall_stress_upper = 0.0;
@@ -28,7 +29,8 @@ struct HistoryRow {
   double slip_rms = 0.0;           ///< [L/T]
   std::int64_t forcing_loops = 0;  ///< of the last stage
   std::int64_t mobile_spheres = 0;
-  double momentum_residual = 0.0;  ///< largest so far, relative: zero to round-off; NaN: not followed
+  double momentum_residual =
+      0.0;  ///< largest so far, relative: zero to round-off; NaN: not followed
 };
 
 template <class T>
@@ -49,6 +51,7 @@ inline constexpr std::tuple history_columns{
     HistoryColumn<double>{"dissipation", &HistoryRow::dissipation},
     HistoryColumn<double>{"forcing_work", &HistoryRow::forcing_work},
     HistoryColumn<double>{"projection_work", &HistoryRow::projection_work},
+    HistoryColumn<double>{"old_pressure_work", &HistoryRow::old_pressure_work},
     HistoryColumn<double>{"u_tau_driving", &HistoryRow::u_tau_driving},
     HistoryColumn<double>{"wall_stress_lower", &HistoryRow::wall_stress_lower},
     HistoryColumn<double>{"wall_stress_upper", &HistoryRow::wall_stress_upper},

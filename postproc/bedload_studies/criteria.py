@@ -318,4 +318,8 @@ def follows_change(velocity: float, dt: float, t: Trajectories) -> Verdict:
     return carried(t, dt, max(1.0, abs(velocity)), velocity - 1.0)
 
 
-stays_in_stream.__doc__ = follows_change.__doc__ = carried.__doc__
+def keeps_to_cfl(cfl: float, _: float, t: Trajectories) -> Verdict:
+    return carried(t, cfl / 6, 1.0, 1.0)  # the length of a step at a speed of 1
+
+
+stays_in_stream.__doc__ = keeps_to_cfl.__doc__ = follows_change.__doc__ = carried.__doc__

@@ -215,6 +215,11 @@ def coarse_bed(cells: int, dt: float) -> SmallScene:
     return bed_scene(cells, dt, 4.0, 1.0)
 
 
+def at_the_limit(cfl: float, longest: float) -> SmallScene:
+    """The step follows the flow up to the scheme's limit, sqrt(3)."""
+    return bed_scene(6, longest, 4.0, 1.0, {"time.cfl": repr(cfl)})
+
+
 def new_driving(velocity: float, dt: float) -> SmallScene:
     """The start field has the mean velocity 1; from the first step on it is held at `velocity`."""
     return bed_scene(6, dt, 2.0, velocity)
@@ -281,6 +286,10 @@ CASES = {
         HardCase(
             "coarse", "a grain on a bed under a stream", "D/h", (6, 8), (0.1, 0.3, 0.6, 0.9),
             coarse_bed, criteria.stays_in_stream,
+        ),
+        HardCase(
+            "cfl", "the step as long as the flow allows", "CFL number", (0.8, 1.2, 1.6, 1.73),
+            (3.0,), at_the_limit, criteria.keeps_to_cfl,
         ),
         HardCase(
             "driving", "the stream changes at once", "new bulk velocity", (2.0, 0.0, -1.0),

@@ -34,7 +34,7 @@ def test_all_closed(series):
 
 
 @pytest.mark.parametrize("factor", [0.0, 2.0, -1.0])
-@pytest.mark.parametrize("term", ["driving", "dissipation", "forcing_work", "projection_work"])
+@pytest.mark.parametrize("term", ["driving", "dissipation", "forcing_work", "projection_work", "old_pressure_work"])
 def test_a_wrong_term_of_the_flows_energy_shows(series, term, factor):
     wrong = replace(series, history=series.history | {term: factor * series.history[term]})
     assert any(what.startswith("energy") for what in open_ones(wrong))

@@ -174,6 +174,27 @@ def test_a_very_viscous_fluid_is_warned_of(tmp_path, viscosity, warned):
     assert ("caution: the fluid is so viscous" in result.output) is warned
 
 
+@pytest.mark.parametrize(
+    ("change", "options", "words"),
+    [
+        ("set atom 9 diameter 1.0 density 2.5\nset atom 10 diameter 1.0 density 20", (), "8 times the mass"),
+        ("set atom 9 diameter 1.0 density 2.5\nset atom 10 diameter 1.0 density 19", (), None),
+        ("set type 2 density 2.4", ("--set", 'coupling.exchange="step"'), "the lightest here has 2.4"),
+        ("set type 2 density 2.4", (), None),
+    ],
+)
+def test_limits_that_no_number_alone_shows_are_warned_of(tmp_path, change, options, words):
+    script = (SCENE / "in.liggghts").read_text()
+    other = script.replace("group           bed type 1", f"{change}\ngroup bed type 1")
+    assert other != script
+    (tmp_path / "in.liggghts").write_text(other)
+    (tmp_path / "fluid.toml").write_text((SCENE / "fluid.toml").read_text())
+    result = job(tmp_path, "--steps", "1", *options, scene=tmp_path)
+    assert result.status == 0, result.output
+    assert ("caution: " in result.output) is (words is not None)
+    assert words is None or words in result.output
+
+
 def test_time_line_shows_both_programs(folders):
     """Grains move between the sending of their loads and the end of the wait for them."""
     line = rows(folders[(1, 1)] / "out" / "timeline.csv")

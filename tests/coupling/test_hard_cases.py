@@ -28,6 +28,7 @@ QUICK = [
     ("overlap", 0.2, 0.3, "double"),
     ("corner", 4, 0.3, "double"),
     ("coarse", 6, 0.3, "double"),
+    ("cfl", 1.73, 3.0, "single"),
     ("driving", -1.0, 0.3, "double"),
 ]
 

@@ -134,14 +134,15 @@ TEST(OutputHistory, HasOneRowPerCallAndIsCutBackOnRestart) {
   std::filesystem::create_directories(folder);
   EXPECT_EQ(history_header(),
             "step,time,dt,cfl,bulk_velocity,driving,kinetic_energy,dissipation,"
-            "forcing_work,projection_work,u_tau_driving,"
+            "forcing_work,projection_work,old_pressure_work,u_tau_driving,"
             "wall_stress_lower,wall_stress_upper,max_divergence,"
             "slip_max,slip_rms,forcing_loops,mobile_spheres,momentum_residual");
-  HistoryRow row{1,   1.0 / 3.0, 0.1,  0.2, 0.3, 0.4, 0.5, 0.55, 0.56, 0.57,
-                 0.6, 0.61,      0.62, 0.7, 0.8, 0.9, 10,  11,   12.5};
-  EXPECT_EQ(history_line(row),
-            "1,0.3333333333333333,0.1,0.2,0.3,0.4,0.5,0.55,0.56,0.57,0.6,0.61,0.62,0.7,0.8,0.9,10,"
-            "11,12.5");
+  HistoryRow row{1,    1.0 / 3.0, 0.1,  0.2,  0.3, 0.4, 0.5, 0.55, 0.56, 0.57,
+                 0.58, 0.6,       0.61, 0.62, 0.7, 0.8, 0.9, 10,   11,   12.5};
+  EXPECT_EQ(
+      history_line(row),
+      "1,0.3333333333333333,0.1,0.2,0.3,0.4,0.5,0.55,0.56,0.57,0.58,0.6,0.61,0.62,0.7,0.8,0.9,10,"
+      "11,12.5");
   {
     History history(folder);
     for (row.step = 1; row.step <= 5; ++row.step) history.add(row);
