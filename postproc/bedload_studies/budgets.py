@@ -151,8 +151,9 @@ def energy_shares(s: Series) -> dict[str, float]:
     goes with them, stays the same but for its first and last value. slip: what the forcing at
     markers takes beyond it, because the flow before it does not yet move with them. projection: what is
     lost as the forced flow is made free of divergence; the work there of the driving force, as far as it
-    differs from the step before, the predictor's guess, is none of it. rest: the error of the time
-    scheme.
+    differs from the step before, the predictor's guess, is none of it. old pressure: what its gradient gives
+    back in the predictor, which moves the flow before forcing and projection undo most of that (it takes
+    where positive). rest: the error of the time scheme.
     """
     h = {name: values[1:] for name, values in s.history.items()}
     time = float(np.sum(h["dt"]))
