@@ -63,12 +63,19 @@ void forget_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5\n"; }
 struct Row {
   std::string blocks, precision;
   double rate, bytes_per_cell, sent_per_cell;
-  std::array<double, flow_phases> phases;  // of the fastest sample, ns per cell and stage
+  // Of the fastest sample, ns per own cell and stage.
+  std::array<double, flow_phases> phases, phases_of_last;
 };
 
 double sum_over_ranks(double value) {
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
   return value;
+}
+
+/// What the last rank has, on the first.
+std::array<double, flow_phases> on_last_rank(std::array<double, flow_phases> phases) {
+  MPI_Bcast(phases.data(), flow_phases, MPI_DOUBLE, ranks_of(MPI_COMM_WORLD) - 1, MPI_COMM_WORLD);
+  return phases;
 }
 
 template <class Real>
@@ -104,8 +111,8 @@ Row measure(const std::array<int, 3>& cells, bool implicit, int along_z, double 
   const int count = std::max(1, static_cast<int>(seconds / repeats / once));
   std::vector<double> rates;
   std::array<double, flow_phases> phases{};
-  const double own_stages =
-      channel.grid().cell_count() / ranks_of(MPI_COMM_WORLD) * stage_count * count;
+  const double own_stages = channel.grid().cells[0] * double(channel.decomposition().planes()) *
+                            channel.decomposition().rows() * stage_count * count;
   for (int n = 0; n < repeats; ++n) {
     const auto laps = channel.clock().seconds();
     rates.push_back(1e-6 * count * channel.grid().cell_count() / seconds_of([&] { steps(count); }));
@@ -121,7 +128,8 @@ Row measure(const std::array<int, 3>& cells, bool implicit, int along_z, double 
           median(rates),
           bytes / count_of_cells,
           sent / count_of_cells,
-          phases};
+          phases,
+          on_last_rank(phases)};
 }
 
 std::array<int, 3> read_grid(const std::string& text) {
@@ -150,7 +158,8 @@ int run(int argc, char** argv) {
       ->check(CLI::IsMember({"explicit", "implicit"}));
   app.add_option("--seconds", seconds, "Time for each row, set-up not counted");
   app.add_option("--repeats", repeats, "Samples that the medians are taken of");
-  app.add_flag("--phases", with_phases, "Below each row, where the time goes on the first rank");
+  app.add_flag("--phases", with_phases,
+               "Below each row, where the time goes on the first and the last rank");
   app.add_option("--commit", commit, "Name of the measured state, for the rows");
   CLI11_PARSE(app, argc, argv);
 
@@ -175,8 +184,8 @@ int run(int argc, char** argv) {
             row.bytes_per_cell, row.sent_per_cell, triad, roofline, commit);
         if (with_phases)
           for (std::size_t n = 0; n < flow_phases; ++n)
-            fmt::print("  {:24} {:6.2f} ns per cell and stage\n", flow_phase_names[n],
-                       row.phases[n]);
+            fmt::print("  {:24} {:6.2f} {:6.2f} ns per cell and stage\n", flow_phase_names[n],
+                       row.phases[n], row.phases_of_last[n]);
         std::cout.flush();
       }
   return 0;
