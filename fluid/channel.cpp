@@ -22,6 +22,12 @@ int rank_count(MPI_Comm comm) {
   return ranks;
 }
 
+/// Two slabs both begin at their wall and meet in the middle; of more, the uppermost one does so.
+/// Among spheres all go upwards (predict() leaves out the planes above them).
+Sweep direction_of(const Decomposition& slabs, bool spheres) {
+  return !spheres && slabs.at_upper_wall() && !slabs.at_lower_wall() ? Sweep::down : Sweep::up;
+}
+
 }  // namespace
 
 template <class Real>
@@ -38,15 +44,17 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
       tendency_(grid_, slabs_.extent(), 3),
       pressure_(grid_, slabs_.extent(), 1),
       predictor_(grid_, slabs_, walls_, velocity_, tendency_, pressure_),
-      poisson_(grid_, slabs_),
+      forth_(direction_of(slabs_, !spheres.empty())),
+      poisson_(grid_, slabs_, pressure_component, forth_),
       fringe_(settings.fringe, grid_),
       zeros_(static_cast<std::size_t>(grid_.cells[0]), Real(0)),
       dt_(settings.time.step),
       dt_made_(dt_) {
   check_settings();
+  if (forth_ == Sweep::down) velocity_.relabel(1);  // the spare plane is wanted above
   if (diffusion_is_implicit(settings_, grid_)) {
     diffusion_.reserve(3);
-    for (int c = 0; c < 3; ++c) diffusion_.emplace_back(grid_, slabs_, c);
+    for (int c = 0; c < 3; ++c) diffusion_.emplace_back(grid_, slabs_, c, forth_);
   }
   if (settings_.flow.driving == Driving::pressure_gradient)
     driving_ = settings_.flow.pressure_gradient / settings_.fluid.density;
@@ -99,15 +107,42 @@ template <class Real>
 void Channel<Real>::set_spheres(std::span<const SphereState> all) {
   if (all.empty() && !boundary_) return;
   check_height(all);
-  if (!boundary_) boundary_ = std::make_unique<ImmersedBoundary<Real>>(settings_, grid_, slabs_);
+  if (!boundary_) {
+    go_upwards();
+    boundary_ = std::make_unique<ImmersedBoundary<Real>>(settings_, grid_, slabs_);
+  }
   boundary_->set_spheres(all);
 }
 
 template <class Real>
 void Channel<Real>::move_spheres(std::span<const SphereState> moved) {
   check_height(moved);
-  if (!boundary_) boundary_ = std::make_unique<ImmersedBoundary<Real>>(settings_, grid_, slabs_);
+  if (!boundary_) {
+    go_upwards();
+    boundary_ = std::make_unique<ImmersedBoundary<Real>>(settings_, grid_, slabs_);
+  }
   boundary_->move_spheres(moved);
+}
+
+/// When the first spheres come in mid-run.
+template <class Real>
+void Channel<Real>::go_upwards() {
+  const bool turns = forth_ == Sweep::down;
+  if (turns) {
+    forth_ = Sweep::up;
+    velocity_.relabel(-1);
+    for (int j = slabs_.planes() - 1; j >= 0; --j)
+      std::copy_n(velocity_.plane(j - 1), velocity_.plane_size(), velocity_.plane(j));
+  }
+  int any = turns ? 1 : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, comm());
+  if (!any) return;
+  poisson_ = PoissonSolver<Real>(grid_, slabs_, pressure_component, forth_);
+  const std::size_t components = diffusion_.size();
+  diffusion_.clear();
+  for (std::size_t c = 0; c < components; ++c)
+    diffusion_.emplace_back(grid_, slabs_, static_cast<int>(c), forth_);
+  fill_ghosts();
 }
 
 /// Fixes the factors of the predictor and enters in the momentum budget what it will give.
@@ -162,13 +197,13 @@ double Channel<Real>::local_wall_sum() const {
   return sum;
 }
 
-/// Plane j of u* into the storage of plane j-1.
+/// Plane j of u* into the storage of the plane that the sweep comes from.
 template <class Real>
 template <class EachRow>
 void Channel<Real>::predict_plane(int j, EachRow each_row) {
   const bool under_wall = slabs_.at_upper_wall() && j == slabs_.planes() - 1;
-  predictor_.plane(j, [&](int k) {
-    if (under_wall) close_wall_face(j - 1, k);
+  predictor_.plane(j, forth_, [&](int k) {
+    if (under_wall) close_wall_face(j - step_of(forth_), k);
     each_row(k);
   });
 }
@@ -191,17 +226,20 @@ void Channel<Real>::diffuse(int stage) {
   const double after = runge_kutta[static_cast<std::size_t>(stage)].after * dt_;
   const double shift = h2 / (after * nu);
   for (PoissonSolver<Real>& solver : diffusion_) solver.set_shift(shift);
-  for (int j = 0; j < planes; ++j) {
-    predictor_.implicit_plane(
-        j, [&](int c, int k) { return diffusion_[static_cast<std::size_t>(c)].rhs_row(k); });
+  for (int n = 0; n < planes; ++n) {
+    const int j = plane_of(forth_, n, planes);
+    const auto rhs_row = [&](int c, int k) {
+      return diffusion_[static_cast<std::size_t>(c)].rhs_row(j, k);
+    };
+    predictor_.implicit_plane(j, rhs_row);
     // What flows through walls does not change.
     if (!grid_.periodic(0))
-      for (int k = 0; k < nz; ++k) diffusion_[0].rhs_row(k)[nx - 1] = Real(0);
-    if (slabs_.at_front_wall()) std::fill_n(diffusion_[2].rhs_row(nz - 1), nx, Real(0));
+      for (int k = 0; k < nz; ++k) rhs_row(0, k)[nx - 1] = Real(0);
+    if (slabs_.at_front_wall()) std::fill_n(rhs_row(2, nz - 1), nx, Real(0));
     if (slabs_.at_upper_wall() && j == planes - 1)
-      for (int k = 0; k < nz; ++k) std::fill_n(diffusion_[1].rhs_row(k), nx, Real(0));
+      for (int k = 0; k < nz; ++k) std::fill_n(rhs_row(1, k), nx, Real(0));
     if (slabs_.divides_rows())  // nothing for the block in front
-      for (PoissonSolver<Real>& solver : diffusion_) std::fill_n(solver.rhs_row(nz), nx, Real(0));
+      for (int c = 0; c < 3; ++c) std::fill_n(rhs_row(c, nz), nx, Real(0));
     clock_.lap(FlowPhase::momentum);
     const double cell = grid_.thickness(slabs_.first() + j), face = grid_.gap(slabs_.first() + j);
     diffusion_[0].eliminate(j, -shift * cell);
@@ -210,7 +248,8 @@ void Channel<Real>::diffuse(int stage) {
     clock_.lap(FlowPhase::elimination);
   }
   for (PoissonSolver<Real>& solver : diffusion_) solver.couple();
-  for (int j = planes - 1; j >= 0; --j) {
+  for (int n = 0; n < planes; ++n) {
+    const int j = plane_of(opposite(forth_), n, planes);
     for (PoissonSolver<Real>& solver : diffusion_) solver.substitute(j);
     for (int k = 0; k < nz; ++k) {
       if (k + 1 < nz) ask_to_write(velocity_.row_block(j, k + 1), velocity_.row_size());
@@ -234,6 +273,7 @@ typename Channel<Real>::Outflow Channel<Real>::outflow(int j, int moved, double 
   const double thickness = grid_.thickness(slabs_.first() + j);
   return {.j = j,
           .at = j + moved,
+          .waits_for_below = j == 0 || forth_ == Sweep::down,
           .thickness = thickness,
           .in_plane = static_cast<Real>(thickness * grid_.h / step),
           .upwards = static_cast<Real>(grid_.h / step)};
@@ -245,22 +285,30 @@ typename Channel<Real>::Outflow Channel<Real>::outflow(int j, int moved, double 
 template <class Real>
 void Channel<Real>::take_row(Outflow& flow, int k) {
   const int nx = grid_.cells[0], at = flow.at;
-  const Real* v_below = flow.j == 0 ? zeros_.data() : velocity_.row(at - 1, k, 1);
+  const Real* v_below = flow.waits_for_below ? zeros_.data() : velocity_.row(at - 1, k, 1);
   const Real* w_back =
       k == 0 && poisson_.gives_to_front() ? zeros_.data() : velocity_.row(at, k - 1, 2);
   divergence_row(nx, flow.in_plane, flow.upwards, velocity_.row(at, k, 0), velocity_.row(at, k, 1),
-                 v_below, velocity_.row(at, k, 2), w_back, poisson_.rhs_row(k));
+                 v_below, velocity_.row(at, k, 2), w_back, poisson_.rhs_row(flow.j, k));
   flow.sum += row_sum(nx, velocity_.row(at, k, 0));
 }
 
-/// Takes a plane, all of whose rows have been taken, into the Poisson solver's upward sweep.
+/// What plane `flow` gets through its lower face, once u* of the plane below is there.
+template <class Real>
+void Channel<Real>::take_row_below(const Outflow& flow, int k) {
+  const Real* v_below = velocity_.row(flow.at - 1, k, 1);
+  Real* rhs = poisson_.rhs_row(flow.j, k);
+  for (int i = 0; i < grid_.cells[0]; ++i) rhs[i] -= flow.upwards * v_below[i];
+}
+
+/// Takes a plane, all of whose rows have been taken, into the Poisson solver.
 template <class Real>
 void Channel<Real>::eliminate_plane(const Outflow& flow) {
   const int nx = grid_.cells[0], nz = slabs_.rows();
   local_sum_ += flow.sum * flow.thickness;
   if (poisson_.gives_to_front()) {
     const Real* w = velocity_.row(flow.at, nz - 1, 2);
-    Real* given = poisson_.rhs_row(nz);
+    Real* given = poisson_.rhs_row(flow.j, nz);
     for (int i = 0; i < nx; ++i) given[i] = -flow.in_plane * w[i];
   }
   if (!slabs_.at_upper_wall() && flow.j == slabs_.planes() - 1)
@@ -278,7 +326,10 @@ void Channel<Real>::eliminate_plane(const Outflow& flow) {
 template <class Real>
 void Channel<Real>::eliminate_plane(int j, int moved, double step) {
   Outflow flow = outflow(j, moved, step);
-  for (int k = 0; k < slabs_.rows(); ++k) take_row(flow, k);
+  for (int k = 0; k < slabs_.rows(); ++k) {
+    take_row(flow, k);
+    if (forth_ == Sweep::down && j > 0) take_row_below(flow, k);
+  }
   eliminate_plane(flow);
 }
 
@@ -294,9 +345,10 @@ void Channel<Real>::predict(int stage) {
     // Whoever asks for the flow's energy between predictor and projection wants all planes.
     if (boundary_ && !fringe_.on() && !settings_.output.energy_work)
       predicted_ = boundary_->planes_reached();
-    for (int j = 0; j < predicted_; ++j) predict_plane(j, [](int) {});
+    for (int n = 0; n < predicted_; ++n)
+      predict_plane(plane_of(forth_, n, slabs_.planes()), [](int) {});
     clock_.lap(FlowPhase::momentum);
-    velocity_.relabel(1);
+    velocity_.relabel(step_of(forth_));
   }
   budget_.walls += fringe_.apply(velocity_, stage_step(stage));
 }
@@ -316,10 +368,11 @@ template <class Real>
 void Channel<Real>::project(int stage) {
   local_sum_ = 0.0;
   clock_.start();
-  for (int j = 0; j < predicted_; ++j) eliminate_plane(j, 0, stage_step(stage));
+  for (int n = 0; n < predicted_; ++n)
+    eliminate_plane(plane_of(forth_, n, slabs_.planes()), 0, stage_step(stage));
   if (predicted_ < slabs_.planes()) {
-    velocity_.relabel(-1);
-    sweep_up(predicted_, stage);
+    velocity_.relabel(-step_of(forth_));
+    predict_and_eliminate(predicted_, stage);
   }
   couple_and_correct(stage);
 }
@@ -333,27 +386,39 @@ void Channel<Real>::advance_stage(int stage) {
   begin_stage(stage);
   local_sum_ = 0.0;
   clock_.start();
-  sweep_up(0, stage);
+  predict_and_eliminate(0, stage);
   couple_and_correct(stage);
 }
 
-/// Predicts and eliminates from plane `first` upwards, each plane while it is in the cache. The
-/// outflow of a row is taken as soon as it is there, but for the first and last one, which need
-/// what closes the plane.
+/// Predicts and eliminates from the `first` plane of the sweep on, each plane while it is in the
+/// cache. The outflow of a row is taken as soon as it is there, but for the first and last one,
+/// which need what closes the plane. On the way down a plane's outflow is whole when the plane
+/// below is predicted.
 template <class Real>
-void Channel<Real>::sweep_up(int first, int stage) {
-  const int last_row = slabs_.rows() - 1;
-  for (int j = first; j < slabs_.planes(); ++j) {
-    Outflow flow = outflow(j, -1, stage_step(stage));
+void Channel<Real>::predict_and_eliminate(int first, int stage) {
+  const int planes = slabs_.planes(), last_row = slabs_.rows() - 1;
+  const bool down = forth_ == Sweep::down;
+  Outflow before{};
+  for (int n = first; n < planes; ++n) {
+    const int j = plane_of(forth_, n, planes);
+    Outflow flow = outflow(j, -step_of(forth_), stage_step(stage));
+    const auto take = [&](int k) {
+      take_row(flow, k);
+      if (down && n > first) take_row_below(before, k);
+    };
     predict_plane(j, [&](int k) {
-      if (k > 0 && k < last_row) take_row(flow, k);
+      const int whole = down ? k + 1 : k;  // needs w* of the row behind
+      if (whole > 0 && whole < last_row) take(whole);
     });
     clock_.lap(FlowPhase::momentum);
-    take_row(flow, 0);
-    if (last_row > 0) take_row(flow, last_row);
-    eliminate_plane(flow);
+    take(0);
+    if (last_row > 0) take(last_row);
+    if (!down) eliminate_plane(flow);
+    if (down && n > first) eliminate_plane(before);
+    before = flow;
   }
-  velocity_.relabel(1);
+  if (down) eliminate_plane(before);
+  velocity_.relabel(step_of(forth_));
 }
 
 template <class Real>
@@ -363,13 +428,13 @@ void Channel<Real>::couple_and_correct(int stage) {
   poisson_.couple();
   clock_.lap(FlowPhase::coupling);
   const bool last = stage + 1 == stage_count;
-  sweep_down({.step = step,
-              .shift = shift,
-              .measure = last,
-              .moved = implicit() ? 0 : 1,
-              .pressure = keeps_old_pressure() ? PressureUse::add
-                          : last               ? PressureUse::replace
-                                               : PressureUse::none});
+  substitute_and_correct({.step = step,
+                          .shift = shift,
+                          .measure = last,
+                          .moved = implicit() ? 0 : step_of(forth_),
+                          .pressure = keeps_old_pressure() ? PressureUse::add
+                                      : last               ? PressureUse::replace
+                                                           : PressureUse::none});
   fill_ghosts();
   clock_.lap(FlowPhase::halo);
 }
@@ -390,46 +455,64 @@ double Channel<Real>::bulk_shift(double step) {
   return shift;
 }
 
-/// u = u* - step grad phi + shift, downwards; where the predictor moved the planes, each one back
-/// into the storage of the plane above.
+/// u = u* - step grad phi + shift; where the predictor moved the planes, each one back into its
+/// place.
 template <class Real>
-void Channel<Real>::sweep_down(const Correction& correction) {
-  const int nx = grid_.cells[0], nz = slabs_.rows(), planes = slabs_.planes();
-  const Real factor = static_cast<Real>(correction.step / grid_.h);
-  const Real shift = static_cast<Real>(correction.shift);
+void Channel<Real>::substitute_and_correct(const Correction& correction) {
   local_sum_ = local_fastest_ = 0.0;
-  if (!slabs_.at_upper_wall()) {
-    poisson_.substitute(planes);
-    update_pressure(planes, correction.pressure);
-  }
-  for (int j = planes - 1; j >= 0; --j) {
-    const bool under_wall = slabs_.at_upper_wall() && j == planes - 1;
-    const int global = slabs_.first() + j;
-    const Real factor_y = static_cast<Real>(correction.step / grid_.h / grid_.gap(global));
-    const Real stretch = static_cast<Real>(stretch_at(grid_, global));
-    poisson_.substitute(j);
+  for (int n = 0; n < slabs_.planes(); ++n) {
+    const int j = plane_of(opposite(forth_), n, slabs_.planes());
+    substitute_to_correct(j, correction.pressure);
     clock_.lap(FlowPhase::substitution);
-    double sum = 0.0;
-    Real fastest = 0;
-    for (int k = 0; k < nz; ++k) {
-      const Real* phi = poisson_.solution_row(j, k);
-      Real* to = velocity_.row(j + correction.moved, k);
-      correct_row(nx, factor, factor_y, shift, velocity_.component_stride(), velocity_.row(j, k),
-                  to, phi, under_wall ? phi : poisson_.solution_row(j + 1, k),
-                  poisson_.solution_row(j, k + 1));
-      for (int c = 0; c < 3; ++c)
-        walls_.close_row(to + static_cast<std::size_t>(c) * velocity_.component_stride(), c);
-      if (!correction.measure) continue;
-      sum += row_sum(nx, to);
-      fastest = std::max(fastest, largest_speed(nx, stretch, velocity_.component_stride(), to));
-    }
-    walls_.close_plane(velocity_, j + correction.moved);
-    local_sum_ += sum * grid_.thickness(global);
-    local_fastest_ = std::max(local_fastest_, static_cast<double>(fastest));
-    update_pressure(j, correction.pressure);
+    correct_plane(j, correction);
     clock_.lap(FlowPhase::correction);
   }
   velocity_.relabel(-correction.moved);
+}
+
+/// What is still missing of phi in plane j and in the one above, which the correction of plane j
+/// needs.
+template <class Real>
+void Channel<Real>::substitute_to_correct(int j, PressureUse pressure) {
+  const int top = slabs_.planes() - 1;
+  if (forth_ == Sweep::up) {
+    if (j == top && !slabs_.at_upper_wall()) {
+      poisson_.substitute(top + 1);
+      update_pressure(top + 1, pressure);
+    }
+    poisson_.substitute(j);
+  } else {
+    if (j == 0) poisson_.substitute(0);
+    if (j < top) poisson_.substitute(j + 1);
+  }
+}
+
+template <class Real>
+void Channel<Real>::correct_plane(int j, const Correction& correction) {
+  const int nx = grid_.cells[0], nz = slabs_.rows(), global = slabs_.first() + j;
+  const bool under_wall = slabs_.at_upper_wall() && j == slabs_.planes() - 1;
+  const Real factor = static_cast<Real>(correction.step / grid_.h);
+  const Real factor_y = static_cast<Real>(correction.step / grid_.h / grid_.gap(global));
+  const Real shift = static_cast<Real>(correction.shift);
+  const Real stretch = static_cast<Real>(stretch_at(grid_, global));
+  double sum = 0.0;
+  Real fastest = 0;
+  for (int k = 0; k < nz; ++k) {
+    const Real* phi = poisson_.solution_row(j, k);
+    Real* to = velocity_.row(j + correction.moved, k);
+    correct_row(nx, factor, factor_y, shift, velocity_.component_stride(), velocity_.row(j, k), to,
+                phi, under_wall ? phi : poisson_.solution_row(j + 1, k),
+                poisson_.solution_row(j, k + 1));
+    for (int c = 0; c < 3; ++c)
+      walls_.close_row(to + static_cast<std::size_t>(c) * velocity_.component_stride(), c);
+    if (!correction.measure) continue;
+    sum += row_sum(nx, to);
+    fastest = std::max(fastest, largest_speed(nx, stretch, velocity_.component_stride(), to));
+  }
+  walls_.close_plane(velocity_, j + correction.moved);
+  local_sum_ += sum * grid_.thickness(global);
+  local_fastest_ = std::max(local_fastest_, static_cast<double>(fastest));
+  update_pressure(j, correction.pressure);
 }
 
 /// p + s phi where the predictor had the old pressure gradient (s < 1 with spheres: the whole would

@@ -21,6 +21,7 @@
 #include "fluid/settings.hpp"
 #include "fluid/sphere.hpp"
 #include "fluid/spheres/immersed_boundary.hpp"
+#include "fluid/sweep.hpp"
 #include "fluid/wall_ghosts.hpp"
 
 namespace bedload {
@@ -159,22 +160,27 @@ class Channel {
   void begin_stage(int stage);
   /// What the elimination takes of one plane: div u*, row by row, and the sum of u*.
   struct Outflow {
-    int j, at;  ///< plane, and the one in whose storage its u* is
+    int j, at;             ///< plane, and the one in whose storage its u* is
+    bool waits_for_below;  ///< v* of the plane below is taken on its own
     double thickness;
     Real in_plane, upwards;  ///< areas over h^2, times h/(stage's length)
     double sum = 0.0;
   };
   template <class EachRow>
   void predict_plane(int j, EachRow each_row);
+  void go_upwards();
   void close_wall_face(int j, int k);
-  void sweep_up(int first, int stage);
+  void predict_and_eliminate(int first, int stage);
   Outflow outflow(int j, int moved, double step) const;
   void take_row(Outflow& flow, int k);
+  void take_row_below(const Outflow& flow, int k);
   void eliminate_plane(const Outflow& flow);
   void eliminate_plane(int j, int moved, double step);
   void couple_and_correct(int stage);
   double bulk_shift(double step);
-  void sweep_down(const Correction& correction);
+  void substitute_and_correct(const Correction& correction);
+  void substitute_to_correct(int j, PressureUse pressure);
+  void correct_plane(int j, const Correction& correction);
   void update_pressure(int j, PressureUse use);
   void close_own_planes();
   void fill_ghosts();
@@ -191,6 +197,7 @@ class Channel {
   WallGhosts<Real> walls_;
   Field<Real> velocity_, tendency_, pressure_;
   Predictor<Real> predictor_;
+  Sweep forth_;  ///< direction of predictor and elimination; correction goes the other way
   PoissonSolver<Real> poisson_;
   std::vector<PoissonSolver<Real>> diffusion_;  ///< of u, v, w; none where diffusion is explicit
   Fringe<Real> fringe_;

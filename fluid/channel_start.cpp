@@ -18,13 +18,11 @@ void Channel<Real>::project_start_field() {
   close_own_planes();
   if (slabs_.at_upper_wall())
     for (int k = 0; k < slabs_.rows(); ++k) close_wall_face(slabs_.planes() - 1, k);
-  for (int j = 0; j < slabs_.planes(); ++j)
-    std::copy_n(velocity_.plane(j), velocity_.plane_size(), velocity_.plane(j - 1));
-  for (int j = 0; j < slabs_.planes(); ++j) eliminate_plane(j, -1, 1.0);
-  velocity_.relabel(1);
+  for (int n = 0; n < slabs_.planes(); ++n)
+    eliminate_plane(plane_of(forth_, n, slabs_.planes()), 0, 1.0);
   poisson_.couple();
-  sweep_down(
-      {.step = 1.0, .shift = 0.0, .measure = false, .moved = 1, .pressure = PressureUse::none});
+  substitute_and_correct(
+      {.step = 1.0, .shift = 0.0, .measure = false, .moved = 0, .pressure = PressureUse::none});
   fill_ghosts();
 }
 

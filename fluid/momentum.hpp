@@ -60,14 +60,13 @@ struct Terms {
 ///   d - after dt nu L d = gamma dt N + zeta dt N_old + push - 2 alpha dt grad p + 2 alpha dt nu L
 ///   q
 ///
-/// `below` holds q of the plane below on entry and q* on return; an implicit row goes to `out`
-/// instead. `tendency` holds N_old and then N. `ahead` and `tendency_ahead` are the same component
-/// of the rows that the sweep comes to next; a few cache lines of them are asked for before each
-/// piece of this row.
+/// The result goes to `out`, which may be `below` or `above`. `tendency` holds N_old and then N.
+/// `ahead` and `tendency_ahead` are the same component of the rows that the sweep comes to next; a
+/// few cache lines of them are asked for before each piece of this row.
 template <class Term, bool weighted, class Real>
 [[gnu::always_inline]] inline void predict_row(
     int nx, const MomentumFactors<Real>& factor, const PlaneMetric<Real>& y, Real push,
-    const Real* q, Real* below, const Real* above, const Real* back, const Real* front,
+    const Real* q, const Real* below, const Real* above, const Real* back, const Real* front,
     const Real* a1, const Real* a2, const Real* b1, const Real* b2, const Real* b1_south,
     const Real* b2_south, const Real* c1, const Real* c2, const Real* c1_back, const Real* c2_back,
     Real* tendency, const Real* p_here, const Real* p_next, const Real* ahead,
@@ -115,10 +114,7 @@ template <class Term, bool weighted, class Real>
       if constexpr (Term::old) result += zeta_dt * tendency[i];
       if constexpr (Term::keep) tendency[i] = n;
       if constexpr (Term::pressure) result -= pressure * (p_next[i] - p_here[i]);
-      if constexpr (Term::implicit)
-        out[i] = result;
-      else
-        below[i] = result;
+      out[i] = result;
     }
   }
 }
@@ -129,15 +125,15 @@ struct MomentumRows {
   std::size_t component;
   const Real* here;                    ///< (j, k)
   const Real* above;                   ///< (j+1, k)
-  Real* below;                         ///< (j-1, k), where the result goes
+  const Real* below;                   ///< (j-1, k)
   const Real* back;                    ///< (j, k-1)
   const Real* front;                   ///< (j, k+1)
-  const Real* above_back;              ///< (j+1, k-1)
-  const Real* v_below_front;           ///< v of (j-1, k+1), as it was before the sweep
+  const Real* w_above_back;            ///< w of (j+1, k-1), as it was before the sweep
+  const Real* v_below_front;           ///< v of (j-1, k+1), likewise
   Real* tendency;                      ///< (j, k), three components
-  const Real *ahead, *tendency_ahead;  ///< velocity (j+1, k+1), tendency (j, k+1)
+  const Real *ahead, *tendency_ahead;  ///< velocity and tendency of rows that come later
   const Real *p, *p_above, *p_front;   ///< (j, k), (j+1, k), (j, k+1)
-  Real* out[3];                        ///< where implicit rows go
+  Real* out[3];                        ///< where u, v and w go
 };
 
 /// The predictors of u and w take the metric of the cells of plane j, that of v the metric of their
@@ -161,7 +157,7 @@ template <class Term, class Real>
   const Real *u = r.here, *v = u + c, *w = v + c;
   predict_row<Term, true>(nx, factor, y, push, v, r.below + c, r.above + c, r.back + c, r.front + c,
                           u, r.above, v, r.above + c, r.below + c, v, w, r.above + 2 * c,
-                          r.back + 2 * c, r.above_back + 2 * c, r.tendency + c, r.p, r.p_above,
+                          r.back + 2 * c, r.w_above_back, r.tendency + c, r.p, r.p_above,
                           r.ahead + c, r.tendency_ahead + c, r.out[1]);
 }
 
@@ -178,15 +174,18 @@ template <class Term, class Real>
                            r.tendency_ahead + 2 * c, r.out[2]);
 }
 
-/// One row of all three components. The order matters: the result overwrites the row below, whose v
-/// the predictors of u and w still need.
+/// One row of all three components. The order matters: a result that overwrites the row below takes
+/// away the v that the predictors of u and w need, one that overwrites the row above the u and w
+/// that the predictor of v needs.
 template <class Term, class Real>
 void predict_velocity(int nx, const MomentumFactors<Real>& factor, const PlaneMetric<Real>& cell,
                       const PlaneMetric<Real>& face, const Real (&push)[3],
                       const MomentumRows<Real>& rows) {
+  const bool over_above = rows.out[0] == rows.above;
+  if (over_above) predict_v<Term>(nx, factor, face, push[1], rows);
   predict_u<Term>(nx, factor, cell, push[0], rows);
   predict_w<Term>(nx, factor, cell, push[2], rows);
-  predict_v<Term>(nx, factor, face, push[1], rows);
+  if (!over_above) predict_v<Term>(nx, factor, face, push[1], rows);
 }
 
 }  // namespace bedload

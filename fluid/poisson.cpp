@@ -1,13 +1,14 @@
 #include "fluid/poisson.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "fluid/prefetch.hpp"
-#include "fluid/slab_elimination.hpp"
 
 namespace bedload {
 namespace {
@@ -59,17 +60,26 @@ void substitute_row(int modes, const Real* c, const Real* d, Real* __restrict x)
     for (int n = parts * m; n < parts * (m + 1); ++n) x[n] = d[n] - c[m] * x[n];
 }
 
+/// The rows of a slab seen from above.
+std::vector<YRow> reversed(const std::vector<YRow>& rows) {
+  std::vector<YRow> from_above(rows.rbegin(), rows.rend());
+  for (YRow& row : from_above) std::swap(row.lower, row.upper);
+  return from_above;
+}
+
 }  // namespace
 
 template <class Real>
 PoissonSolver<Real>::PoissonSolver(const Grid& grid, const Decomposition& decomposition,
-                                   int component)
+                                   int component, Sweep direction)
     : transform_(make_plane_transform<Real>(grid, component, decomposition)),
       reduced_(grid, decomposition, transform_->size(), transform_->parts()),
       of_pressure_(component == pressure_component),
+      direction_(direction),
       planes_(decomposition.planes()),
       coupled_below_(!decomposition.at_lower_wall()),
       coupled_above_(!decomposition.at_upper_wall()),
+      carries_below_(coupled_below_ && direction == Sweep::up),
       eigenvalue_(mode_eigenvalues(*transform_)),
       kept_systems_(grid.stretched() ? 1 : 3) {  // on stretched y they are as large as a field
   const std::size_t modes = transform_->size(), planes = static_cast<std::size_t>(planes_);
@@ -77,11 +87,12 @@ PoissonSolver<Real>::PoissonSolver(const Grid& grid, const Decomposition& decomp
   eliminated_ = AlignedArray<Real>(planes * values);
   for (AlignedArray<Real>* plane : {&first_, &outside_, &last_, &above_})
     *plane = AlignedArray<Real>(values);
-  for (AlignedArray<Real>* plane : {&work_, &excess_, &solution_[0], &solution_[1]})
+  for (AlignedArray<Real>* plane : {&work_[0], &work_[1], &excess_, &solution_[0], &solution_[1]})
     *plane = AlignedArray<Real>(transform_->real_size());
   for (int j = 0; j < planes_; ++j)
     rows_.push_back(y_row(grid, component, decomposition.first() + j));
-  factors_ = plane_factors(rows_);
+  assert(direction == Sweep::up || (coupled_below_ && !coupled_above_));
+  factors_ = plane_factors(direction == Sweep::up ? rows_ : reversed(rows_));
   if (of_pressure_) set_shift(0.0);
 }
 
@@ -111,63 +122,84 @@ typename PoissonSolver<Real>::System PoissonSolver<Real>::make_system(double shi
   System system{
       .shift = shift,
       .c = {transform_->rows(), planes_, pitch},
-      .f = coupled_below_ ? EndModes<Real>(transform_->rows(), planes_) : EndModes<Real>(),
+      .f = carries_below_ ? EndModes<Real>(transform_->rows(), planes_) : EndModes<Real>(),
       .coupling = {}};
   std::vector<SlabCoupling> coupling(transform_->size());
   const auto mean = std::find(eigenvalue_.begin(), eigenvalue_.end(), 0.0);
   std::optional<std::size_t> open;  // the mode that leaves the pressure's level open
   if (of_pressure_ && mean != eigenvalue_.end())
     open = static_cast<std::size_t>(mean - eigenvalue_.begin());
+  const bool down = direction_ == Sweep::down;
+  const std::vector<YRow> from_above = reversed(rows_);
   std::vector<double> eigenvalue(pitch);
   std::vector<Real> all_c(planes * pitch), all_f(planes * pitch);
   for (int row = 0; row < transform_->rows(); ++row) {
     const std::size_t first = at(0, row);
     for (std::size_t m = 0; m < pitch; ++m) eigenvalue[m] = eigenvalue_[first + m] - shift;
-    eliminate_slab(
-        rows_, eigenvalue, open && *open >= first ? *open - first : pitch,
-        [&](std::size_t j, const double* c, const double* f) {
-          for (std::size_t m = 0; m < pitch; ++m) {
-            all_c[j * pitch + m] = static_cast<Real>(c[m]);
-            all_f[j * pitch + m] = static_cast<Real>(f[m]);
-          }
-        },
-        std::span(coupling).subspan(first, pitch));
+    const std::size_t open_here = open && *open >= first ? *open - first : pitch;
+    const auto store = [&](std::size_t n, const double* c, const double* f) {
+      for (std::size_t m = 0; m < pitch; ++m) {
+        all_c[n * pitch + m] = static_cast<Real>(c[m]);
+        all_f[n * pitch + m] = static_cast<Real>(f[m]);
+      }
+    };
+    // What couples the slabs is that of the elimination upwards in any case.
+    eliminate_slab(rows_, eigenvalue, open_here, store, std::span(coupling).subspan(first, pitch));
+    if (down) {
+      std::vector<SlabCoupling> not_needed(pitch);
+      eliminate_slab(from_above, eigenvalue, open_here, store, not_needed);
+    }
     system.c.set_row(row, all_c);
-    if (!coupled_below_) continue;
+    if (!carries_below_) continue;
     const auto f = [&](std::size_t j, std::size_t m) { return all_f[j * pitch + m]; };
     system.f.set_row(
         row, static_cast<std::size_t>(transform_->modes()),
         [&](std::size_t j, std::size_t m) { return std::abs(f(j, m)) > negligible; }, f);
   }
+  if (down && open) follow_mean(from_above, *open, coupling[*open].beta);
   system.coupling = reduced_.factorise(coupling, open);
   return system;
 }
 
+/// Products of -c_0 .. -c_n-1 of the open mode (eigenvalue 0), downwards.
+template <class Real>
+void PoissonSolver<Real>::follow_mean(std::span<const YRow> rows, std::size_t place,
+                                      double beta_up) {
+  open_ = OpenMode{.place = place, .products = {}, .beta_up = beta_up};
+  double product = 1.0, c = 0.0;
+  for (const YRow& row : rows) {
+    open_->products.push_back(product);
+    c = row.upper / (row.diagonal - row.lower * c);
+    product *= -c;
+  }
+}
+
 template <class Real>
 void PoissonSolver<Real>::eliminate(int j, double scale) {
-  transform_->forward_plane(work_.data());
+  transform_->forward_plane(work_[j & 1].data());
   transform_->parts() == 2 ? eliminate_rows<2>(j, scale) : eliminate_rows<1>(j, scale);
 }
 
 template <class Real>
 template <int parts>
 void PoissonSolver<Real>::eliminate_rows(int j, double scale) {
-  const int modes = transform_->modes();
+  const int modes = transform_->modes(), n = plane_of(direction_, j, planes_);
   const std::size_t width = parts * transform_->pitch();
   System& system = systems_[system_];
-  const PlaneFactors& factor = factors_[static_cast<std::size_t>(j)];
+  const PlaneFactors& factor = factors_[static_cast<std::size_t>(n)];
   const Real own = static_cast<Real>(factor.own * scale * transform_->normalisation());
-  const Real below = static_cast<Real>(factor.before);
+  const Real before = static_cast<Real>(factor.before);
   for (int kz = 0; kz < transform_->rows(); ++kz) {
     Real* row = &eliminated_[parts * at(j, kz)];
     ask_to_write(row + width, width);
-    transform_->forward_row(work_.data(), kz, row);
-    const Real* c = system.c.row(j, kz);
-    if (j == 0)
+    transform_->forward_row(work_[j & 1].data(), kz, row);
+    const Real* c = system.c.row(n, kz);
+    if (n == 0)
       eliminate_first_row<parts>(modes, own, c, row);
     else
-      eliminate_row<parts>(modes, own, below, c, &eliminated_[parts * at(j - 1, kz)], row);
-    if (!coupled_below_) continue;
+      eliminate_row<parts>(modes, own, before, c,
+                           &eliminated_[parts * at(j - step_of(direction_), kz)], row);
+    if (!carries_below_) continue;
     // g = d'_0 - sum t_j f_j-1 d'_j over all planes but the last
     Real* first = &first_[parts * at(0, kz)];
     if (j == 0) std::fill_n(first, parts * modes, Real(0));
@@ -178,6 +210,12 @@ void PoissonSolver<Real>::eliminate_rows(int j, double scale) {
       subtract_product<parts>(modes, static_cast<Real>(factor.first), system.f.part(j - 1, kz), row,
                               first);
   }
+  if (!open_) return;
+  if (n == 0) open_->g = {};
+  if (n < planes_ - 1)
+    for (std::size_t p = 0; p < parts; ++p)
+      open_->g[p] += open_->products[static_cast<std::size_t>(n)] *
+                     static_cast<double>(eliminated_[parts * (at(j, 0) + open_->place) + p]);
 }
 
 template <class Real>
@@ -194,10 +232,45 @@ void PoissonSolver<Real>::couple() {
       for (int n = 0; n < transform_->parts() * transform_->modes(); ++n) row[n] *= scale;
     }
   }
+  const bool down = direction_ == Sweep::down;
   const std::size_t top = static_cast<std::size_t>(transform_->parts()) * at(planes_ - 1, 0);
+  if (down) tell_first_plane();
   reduced_.solve(systems_[system_].coupling,
-                 {.last = &eliminated_[top], .first = first_.data(), .excess = outside_.data()},
+                 {.last = down ? last_.data() : &eliminated_[top],
+                  .first = first_.data(),
+                  .excess = outside_.data()},
                  {.below = outside_.data(), .last = last_.data(), .above = above_.data()});
+  if (down) transform_->parts() == 2 ? begin_from_below<2>() : begin_from_below<1>();
+}
+
+/// What couples the slabs is written for elimination upwards: d' of the last plane and g, of which
+/// the slab below only needs g + beta d', the first plane with nothing around the slab. Downwards
+/// that is d'_0, so that d' = 0, g = d'_0 do as well, except for the open mode, whose level is
+/// fixed by the last plane.
+template <class Real>
+void PoissonSolver<Real>::tell_first_plane() {
+  const std::size_t parts = static_cast<std::size_t>(transform_->parts());
+  std::copy_n(&eliminated_[0], parts * transform_->size(), first_.data());
+  std::fill_n(last_.data(), last_.size(), Real(0));
+  if (!open_) return;
+  for (std::size_t p = 0, n = parts * open_->place; p < parts; ++p, ++n) {
+    const double lowest = static_cast<double>(eliminated_[n]);
+    const double top = open_->g[p] + open_->products.back() * lowest;
+    last_[n] = static_cast<Real>(top);
+    first_[n] = static_cast<Real>(lowest - open_->beta_up * top);
+  }
+}
+
+/// x_0 = d'_0 - c_0 X from the plane X below the slab.
+template <class Real>
+template <int parts>
+void PoissonSolver<Real>::begin_from_below() {
+  for (int kz = 0; kz < transform_->rows(); ++kz) {
+    const std::size_t row = parts * at(0, kz);
+    std::copy_n(&outside_[row], parts * transform_->pitch(), &last_[row]);
+    substitute_row<parts>(transform_->modes(), systems_[system_].c.row(planes_ - 1, kz),
+                          &eliminated_[row], &last_[row]);
+  }
 }
 
 template <class Real>
@@ -215,15 +288,16 @@ template <class Real>
 template <int parts>
 void PoissonSolver<Real>::substitute_rows(int j) {
   const int modes = transform_->modes();
+  const int n = j == planes_ ? planes_ : plane_of(direction_, j, planes_);
   const std::size_t width = parts * transform_->pitch();
   System& system = systems_[system_];
   for (int kz = 0; kz < transform_->rows(); ++kz) {
     Real* row = &(j == planes_ ? above_ : last_)[parts * at(0, kz)];
-    if (j < planes_ - 1) {
+    if (n < planes_ - 1) {
       const Real* eliminated = &eliminated_[parts * at(j, kz)];
       ask_for(eliminated + width, width);
-      substitute_row<parts>(modes, system.c.row(j, kz), eliminated, row);
-      if (coupled_below_)
+      substitute_row<parts>(modes, system.c.row(n, kz), eliminated, row);
+      if (carries_below_)
         subtract_product<parts>(modes, Real(1), system.f.part(j, kz), &outside_[parts * at(0, kz)],
                                 row);
     }
@@ -234,8 +308,9 @@ void PoissonSolver<Real>::substitute_rows(int j) {
 template <class Real>
 std::size_t PoissonSolver<Real>::bytes() const {
   std::size_t values = 0;
-  for (const AlignedArray<Real>* array : {&eliminated_, &first_, &outside_, &last_, &above_, &work_,
-                                          &excess_, &solution_[0], &solution_[1]})
+  for (const AlignedArray<Real>* array :
+       {&eliminated_, &first_, &outside_, &last_, &above_, &work_[0], &work_[1], &excess_,
+        &solution_[0], &solution_[1]})
     values += array->size();
   std::size_t coefficients = 0;
   for (const System& system : systems_) coefficients += system.c.bytes() + system.f.bytes();

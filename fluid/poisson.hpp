@@ -3,6 +3,8 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "fluid/decomposition.hpp"
@@ -11,6 +13,8 @@
 #include "fluid/mode_coefficients.hpp"
 #include "fluid/plane_transform.hpp"
 #include "fluid/reduced_system.hpp"
+#include "fluid/slab_elimination.hpp"
+#include "fluid/sweep.hpp"
 #include "fluid/y_row.hpp"
 
 namespace bedload {
@@ -25,29 +29,33 @@ namespace bedload {
 ///
 ///   phi_i-1 + phi_i+1 + phi_j-1 + phi_j+1 + phi_k-1 + phi_k+1 - (6 + shift) phi = rhs.
 ///
-/// Upwards: write the right-hand side of plane j into rhs_row(0..nz-1), call eliminate(j), for
+/// Upwards: write the right-hand side of plane j into rhs_row(j, 0..nz-1), call eliminate(j), for
 /// j = 0 .. planes-1. Then couple(). Downwards: substitute(j) for j = planes (the first plane of
 /// the slab above, unless there is a wall), planes-1, .., 0, after each of which solution_row(j, k)
-/// and solution_row(j+1, k) are valid.
+/// and solution_row(j+1, k) are valid. Where direction() is down, for the slab below the upper
+/// wall, it is eliminated downwards and substituted upwards: both slabs of two then begin at their
+/// wall, and neither has to carry the other's plane along.
 ///
 /// The pressure's right-hand side of plane 0 lacks an amount that only the rank below knows, -v.
 /// That rank gives v over 1/gap (the coefficient of the plane below in that row) in excess_row()
 /// before couple(): to the elimination it is the same as a change of the plane below the slab.
 /// Where planes are divided along z, row 0 may likewise lack what only the block behind knows; that
-/// one gives it in rhs_row(nz).
+/// one gives it in rhs_row(j, nz).
 template <class Real>
 class PoissonSolver {
  public:
-  /// For a velocity component or the pressure. Collective.
+  /// For a velocity component or the pressure. `direction`: down is allowed on the slab below an
+  /// upper wall that has another slab below. Collective.
   PoissonSolver(const Grid& grid, const Decomposition& decomposition,
-                int component = pressure_component);
+                int component = pressure_component, Sweep direction = Sweep::up);
 
   /// Changes the shift (0 at first for the pressure, none for a velocity). A new one costs about as
   /// much as eliminate() and substitute() without their transforms, one of the last three nothing
   /// on uniform y. Not between the two sweeps. Collective.
   void set_shift(double shift);
 
-  Real* rhs_row(int k) { return real_row(work_, k); }
+  /// Two planes one after the other may be written at the same time.
+  Real* rhs_row(int j, int k) { return real_row(work_[j & 1], k); }
   Real* excess_row(int k) { return real_row(excess_, k); }
   /// Valid for i = 0 .. nx and k = 0 .. nz, the last ones being the periodic neighbours or, beyond
   /// a wall, the values before it.
@@ -55,11 +63,14 @@ class PoissonSolver {
     if (k == nz() && !gives_to_front()) k = transform_->periodic_z() ? 0 : k - 1;
     return solution_[j & 1].data() + transform_->real_pitch() * static_cast<std::size_t>(k);
   }
-  /// Whether the planes are divided along z: then rhs_row(nz) takes what belongs to the first row
-  /// of the block in front.
+  /// Whether the planes are divided along z: then rhs_row(j, nz) takes what belongs to the first
+  /// row of the block in front.
   bool gives_to_front() const { return transform_->has_row_in_front(); }
 
-  /// Takes `scale` times what stands in rhs_row() as the right-hand side.
+  /// Of the elimination.
+  Sweep direction() const { return direction_; }
+
+  /// Takes `scale` times what stands in rhs_row(j) as the right-hand side.
   void eliminate(int j, double scale = 1.0);
   void couple();
   void substitute(int j);
@@ -77,7 +88,8 @@ class PoissonSolver {
             static_cast<std::size_t>(row)) *
            transform_->pitch();
   }
-  /// What a shift makes of the system: coefficients of the elimination, f only with a slab below.
+  /// What a shift makes of the system: coefficients of the elimination, f only where the plane
+  /// below the slab is carried along.
   struct System {
     double shift;
     ModeCoefficients<Real> c;
@@ -85,6 +97,10 @@ class PoissonSolver {
     typename ReducedSystem<Real>::Factors coupling;
   };
   System make_system(double shift);
+  void follow_mean(std::span<const YRow> rows, std::size_t place, double beta_up);
+  void tell_first_plane();
+  template <int parts>
+  void begin_from_below();
   template <int parts>
   void eliminate_rows(int j, double scale);
   template <int parts>
@@ -95,20 +111,32 @@ class PoissonSolver {
   std::unique_ptr<PlaneTransform<Real>> transform_;
   ReducedSystem<Real> reduced_;
   bool of_pressure_;
+  Sweep direction_;
   int planes_;
   bool coupled_below_, coupled_above_;
+  bool carries_below_;                 // the plane below the slab, through the elimination
   std::vector<double> eigenvalue_;     // of h^2 times the differences along x and z
-  std::vector<YRow> rows_;             // of the own planes
-  std::vector<PlaneFactors> factors_;  // of the own planes
+  std::vector<YRow> rows_;             // of the own planes, upwards
+  std::vector<PlaneFactors> factors_;  // of the own planes in the order of elimination
   std::size_t kept_systems_;
-  std::vector<System> systems_;       // of the last shifts
-  std::size_t system_ = 0;            // the one in use
-  AlignedArray<Real> eliminated_;     // d', [plane][row][mode][part]
-  AlignedArray<Real> first_;          // g
-  AlignedArray<Real> outside_;        // X + W of the rank below
-  AlignedArray<Real> last_, above_;   // x_j on the way down, first plane of the rank above
-  AlignedArray<Real> work_, excess_;  // real planes
-  std::array<AlignedArray<Real>, 2> solution_;
+  std::vector<System> systems_;      // of the last shifts
+  std::size_t system_ = 0;           // the one in use
+  AlignedArray<Real> eliminated_;    // d', [plane][row][mode][part]
+  AlignedArray<Real> first_;         // g
+  AlignedArray<Real> outside_;       // X + W of the rank below
+  AlignedArray<Real> last_, above_;  // x_j on the way down, first plane of the rank above
+  std::array<AlignedArray<Real>, 2> work_, solution_;  // real planes
+  AlignedArray<Real> excess_;
+
+  /// The mode that leaves the pressure's level open, on the way down: its last plane fixes the
+  /// level for all slabs, and is known as g + beta d'_0 only.
+  struct OpenMode {
+    std::size_t place = 0;
+    std::vector<double> products;  // of -c, by plane
+    double beta_up = 0.0;
+    std::array<double, 2> g{};
+  };
+  std::optional<OpenMode> open_;
 };
 
 }  // namespace bedload

@@ -48,19 +48,27 @@ void Predictor<Real>::begin_stage(const PredictorStage<Real>& stage) {
   predict_ = choose(stage, stretched_);
 }
 
-/// The last row's w needs v of the plane below in row 0, which is overwritten first.
+/// Where z wraps, the last row that is predicted needs what the first one overwrites: on the way up
+/// the w of row nz-1 needs v below row 0, on the way down the v of row 0 needs w above row nz-1.
 template <class Real>
-void Predictor<Real>::keep_first_row(int j) {
-  const Real* v = velocity_.row(j - 1, 0, 1);
-  std::copy_n(v - 1, saved_.size(), saved_.begin());
+void Predictor<Real>::keep_what_is_overwritten(int plane, Sweep direction) {
+  const Real* needed = direction == Sweep::up ? velocity_.row(plane, 0, 1)
+                                              : velocity_.row(plane, velocity_.nz() - 1, 2);
+  std::copy_n(needed - 1, saved_.size(), saved_.begin());
 }
 
 template <class Real>
-void Predictor<Real>::row(int j, int k, const std::array<Real*, 3>& out) {
-  const int nx = velocity_.nx(), nz = velocity_.nz();
-  const bool overwritten =
-      !stage_.implicit && k == nz - 1 && velocity_.row(j - 1, nz, 1) == velocity_.row(j - 1, 0, 1);
+void Predictor<Real>::row(int j, int k, Sweep direction, const std::array<Real*, 3>& out) {
+  const int nx = velocity_.nx(), nz = velocity_.nz(), next = step_of(direction);
   const auto plane = static_cast<std::size_t>(j);
+  const Real* v_below_front = velocity_.row(j - 1, k + 1, 1);
+  const Real* w_above_back = velocity_.row(j + 1, k - 1, 2);
+  const bool over_below = out[0] == velocity_.row(j - 1, k);
+  const bool over_above = out[0] == velocity_.row(j + 1, k);
+  if (over_below && k == nz - 1 && v_below_front == velocity_.row(j - 1, 0, 1))
+    v_below_front = saved_.data() + 1;
+  if (over_above && k == 0 && w_above_back == velocity_.row(j + 1, nz - 1, 2))
+    w_above_back = saved_.data() + 1;
   predict_(nx, stage_.factor, cells_[plane], faces_[plane], stage_.push,
            {.component = velocity_.component_stride(),
             .here = velocity_.row(j, k),
@@ -68,11 +76,11 @@ void Predictor<Real>::row(int j, int k, const std::array<Real*, 3>& out) {
             .below = velocity_.row(j - 1, k),
             .back = velocity_.row(j, k - 1),
             .front = velocity_.row(j, k + 1),
-            .above_back = velocity_.row(j + 1, k - 1),
-            .v_below_front = overwritten ? saved_.data() + 1 : velocity_.row(j - 1, k + 1, 1),
+            .w_above_back = w_above_back,
+            .v_below_front = v_below_front,
             .tendency = tendency_.row(j, k),
-            .ahead = velocity_.row(j + 1, k + 1),
-            .tendency_ahead = tendency_.row(j, k + 1),
+            .ahead = velocity_.row(j + next, k + next),
+            .tendency_ahead = tendency_.row(j, k + next),
             .p = pressure_.row(j, k),
             .p_above = pressure_.row(j + 1, k),
             .p_front = pressure_.row(j, k + 1),

@@ -54,8 +54,8 @@ inline std::vector<PlaneFactors> plane_factors(std::span<const YRow> rows) {
 ///   alpha = sum_{j<n-1} t_j f_j-1 f_j,  beta = -t_n-1 f_n-2,     t_j = prod_{i<j} u_i/l_i,
 ///
 /// because -t_j f_j-1 is the product of -c_0 .. -c_j-1. `store(j, c, f)` gets the arrays of plane
-/// j. Where `singular` (the mean mode between two walls), the last pivot of mode 0 is zero; c = 0
-/// there fixes the last plane at zero.
+/// j. A row without mass says x = 0 (y_row.hpp): c = 0 there. Where `singular` (the mean mode
+/// between two walls), the last pivot of mode 0 is zero; c = 0 there fixes the last plane at zero.
 template <class Store>
 void eliminate_slab(std::span<const YRow> rows, std::span<const double> eigenvalue,
                     std::size_t open, Store&& store, std::span<SlabCoupling> coupling) {
@@ -72,7 +72,9 @@ void eliminate_slab(std::span<const YRow> rows, std::span<const double> eigenval
     if (last)
       for (std::size_t m = 0; m < modes; ++m) beta[m] = -factor.first * f[m];
     for (std::size_t m = 0; m < modes; ++m) {
-      const double next = upper / (row.diagonal + eigenvalue[m] * row.mass - row.lower * c[m]);
+      const double next =
+          row.mass == 0.0 ? 0.0
+                          : upper / (row.diagonal + eigenvalue[m] * row.mass - row.lower * c[m]);
       // An error of c falls by c^2 from plane to plane. What is at its fixed point to round-off
       // stays there, so that it need not be kept again for each plane (mode_coefficients.hpp).
       const double left = std::abs(next - c[m]) / (1.0 - std::min(next * next, 1.0));
