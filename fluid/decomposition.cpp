@@ -26,11 +26,6 @@ MPI_Comm split(MPI_Comm comm, int colour) {
   return part;
 }
 
-int part_of(const std::vector<int>& first, int index) {
-  const auto behind = std::upper_bound(first.begin(), first.end(), index);
-  return static_cast<int>(behind - first.begin()) - 1;
-}
-
 // Message tags: with two parts along a periodic direction the neighbours are one rank.
 constexpr int upwards = 1, downwards = 2, forwards = 3, backwards = 4;
 
@@ -96,10 +91,6 @@ Decomposition::Decomposition(const Grid& grid, MPI_Comm comm, const Cuts& cuts)
 
 Decomposition::Decomposition(const Grid& grid, MPI_Comm comm)
     : Decomposition(grid, comm, even_cuts(grid, size_of(comm))) {}
-
-int Decomposition::owner(int plane, int row) const {
-  return part_of(cuts_.y, plane) * z_parts() + part_of(cuts_.z, row);
-}
 
 template <class Real>
 void Decomposition::exchange_rows(Field<Real>& field) const {

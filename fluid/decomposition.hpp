@@ -76,8 +76,6 @@ class Decomposition {
   int rows(int z_part) const { return first_row(z_part + 1) - first_row(z_part); }
   Extent extent() const { return {planes(), rows()}; }
 
-  /// Rank that holds a global plane and row.
-  int owner(int plane, int row) const;
   /// Whether a global plane, a global row, or both are this rank's own.
   bool holds_plane(int plane) const { return plane >= first() && plane < first() + planes(); }
   bool holds_row(int row) const { return row >= first_row() && row < first_row() + rows(); }

@@ -8,7 +8,6 @@ as CASE.json, CASE.png and, all together, README.md.
 import argparse
 from pathlib import Path
 
-from bedload_launcher.build import ROOT
 from bedload_launcher.errors import UserError, unknown
 from bedload_launcher.job import Ranks
 
@@ -16,7 +15,6 @@ from . import validation_moving, validation_steady
 from .validation_runs import Result, Runner
 
 CASES = validation_steady.CASES | validation_moving.CASES
-KEPT = ROOT / "postproc" / "reports" / "validation"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

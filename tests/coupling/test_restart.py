@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from job import ENVIRONMENT, run
-from pocket import SCENE, checkpoint, job, line, numbers, same_numbers, spoken
+from pocket import SCENE, checkpoint, job, line, numbers, same_numbers, spoken, two_checkpoints
 
 HALF = 60  # steps up to the first checkpoint: sphere 9 is in contact then
 WHOLE = ["--steps", str(2 * HALF), "--set", f"checkpoint.every={HALF * 0.02}"]
@@ -76,44 +76,9 @@ def test_two_checkpoints_are_kept(tmp_path):
     ]  # fmt: skip
 
 
-def damage(path, how):
-    content = bytearray(path.read_bytes())
-    if how == "truncated":
-        content = content[: len(content) // 2]
-    elif how == "flipped bit":
-        content[len(content) * 2 // 3] ^= 4
-    elif how == "old format":
-        content[:20] = content[:20].replace(b" 1\n", b" 0\n")
-    else:
-        content = b"something else"
-    path.write_bytes(content)
-
-
 @pytest.fixture(scope="module")
 def short(tmp_path_factory):
-    out = tmp_path_factory.mktemp("short") / "out"
-    result = job(out, "--steps", "4", "--set", "checkpoint.every=0.04")
-    assert result.status == 0, result.output
-    return out
-
-
-@pytest.mark.parametrize("how", ["truncated", "flipped bit", "old format", "foreign", "torn"])
-@pytest.mark.parametrize("part", ["fluid.h5", "grains.bin"])
-def test_a_bad_checkpoint_is_refused_and_the_one_before_offered(short, tmp_path, part, how):
-    out = tmp_path / "out"
-    shutil.copytree(short, out)
-    last, before = checkpoint(out, 4), checkpoint(out, 2)
-    if how == "torn":
-        shutil.copy(before / part, last / part)
-    else:
-        damage(last / part, how)
-    result = job(out, "--steps", "1", ranks=(2, 1), restart=out)
-    assert result.status != 0
-    said = spoken(result.output)
-    assert len(said) == 1, result.output
-    assert str(last / part) in said[0]
-    assert f"--restart {before}" in said[0]
-    assert job(out, "--steps", "1", restart=before).status == 0
+    return two_checkpoints(tmp_path_factory.mktemp("short") / "out")
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,13 @@ RHO = 2500.0
 MU = 1e-3  # dynamic viscosity [Pa s], known by its property only: St_crit of enduring contact
 VISCOUS = [f"fix m4 all property/global fluidViscosity scalar {MU}"]
 ACTM = "model actm tangential haff_werner"
+FLOOR = f"fix floor all wall/gran {ACTM} primitive type 1 yplane 0.0"
 SUBSTEPS = [1, 15]
+
+
+def above_floor(spheres, step, substeps, **others):
+    """Spheres over the wall y = 0."""
+    return Scene(spheres, fluid_step=step, substeps=substeps, contact=ACTM, lines=[FLOOR], **others)
 
 
 def energy_series(folder, scene, pieces):
@@ -42,16 +48,8 @@ def test_impacts_from_stokes_0_1_to_5000(tmp_path, substeps, restitution):
             gap = u * step / substeps * (1 + (p + 0.4) / 5)
             spheres.append(Sphere((0.015 * p, D / 2 + gap, 0.015 * n), (0, -u, 0), diameter=D))
             expected.append(u)
-    scene = Scene(
-        spheres,
-        box=((-0.02, 0.1), (-0.01, 0.05), (-0.02, 0.2)),
-        restitution=restitution,
-        fluid_step=step,
-        substeps=substeps,
-        contact=ACTM,
-        properties=VISCOUS,
-        lines=[f"fix floor all wall/gran {ACTM} primitive type 1 yplane 0.0"],
-    )
+    box = ((-0.02, 0.1), (-0.01, 0.05), (-0.02, 0.2))
+    scene = above_floor(spheres, step, substeps, box=box, restitution=restitution, properties=VISCOUS)
     end = scene.run(tmp_path, 60 * substeps)
     rebound = end.v[:, 1] / np.array(expected) / restitution
     enduring = np.repeat(stokes < 5, 5)
@@ -189,15 +187,7 @@ def test_fast_spin(tmp_path, substeps):
     u, e, mu, step = 0.05, 0.9, 0.2, 2e-5
     spin = 300 * u / (D / 2)
     sphere = Sphere((0, D / 2 + 1.3 * u * step / substeps, 0), (0, -u, 0), (0, 0, spin), diameter=D)
-    scene = Scene(
-        [sphere],
-        restitution=e,
-        friction=mu,
-        fluid_step=step,
-        substeps=substeps,
-        contact=ACTM,
-        lines=[f"fix floor all wall/gran {ACTM} primitive type 1 yplane 0.0"],
-    )
+    scene = above_floor([sphere], step, substeps, restitution=e, friction=mu)
     end = scene.run(tmp_path, 20 * substeps)
     close = {1: 0.01, 15: 5e-4}[substeps]
     assert end.v[0, 1] == pytest.approx(e * u, rel=close)

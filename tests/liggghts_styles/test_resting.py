@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from liggghts_script import Scene, Sphere, dump_now, kinetic_energy, read_dump, run_script
+from liggghts_script import Scene, Sphere, dump_now, kinetic_energy, read_dump
 
 D = 0.01
 G = 9.81

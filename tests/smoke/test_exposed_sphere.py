@@ -4,20 +4,13 @@ Thirty steps: enough for the bed to force the flow, the grain to be pushed and t
 enough to say anything about transport.
 """
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import h5py
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "postproc"))
-
-from bedload_launcher import job, scenes  # noqa: E402
-from bedload_post.outputs import Run  # noqa: E402
+from bedload_launcher import scenes
+from bedload_post.outputs import Run
+from scene_run import run_scene
 
 STEPS = 30
 EVERY_STEP = ["output.history_every=1", "output.spheres_every=0.0"]
@@ -28,19 +21,7 @@ MODELS = ["rpm", "rpm_hw", "actm", "actm_hw"]
 def run(request, tmp_path_factory):
     """Output of the scene with one model, on 1 + 1 ranks."""
     out = tmp_path_factory.mktemp("runs") / request.param
-    out.mkdir()
-    scene = scenes.find_scene("exposed_sphere")
-    work = job.Job(scene, request.param, job.Ranks(1, 1), out, EVERY_STEP, STEPS)
-    programs = Path(os.environ["BEDLOAD_BIN"])
-    line = [
-        str(programs / Path(word).name) if Path(word).parent == job.BIN else word
-        for word in work.command()
-    ]
-    done = subprocess.run(
-        line, cwd=scene.folder, env=job.environment(), stdin=subprocess.DEVNULL,
-        capture_output=True, text=True, timeout=280,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    run_scene("exposed_sphere", request.param, out, EVERY_STEP, STEPS)
     return Run(out)
 
 

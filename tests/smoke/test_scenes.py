@@ -4,20 +4,13 @@ On coarse grids and for two steps: the paper's full-size scenes need hours other
 """
 
 import math
-import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "postproc"))
-
-from bedload_launcher import job, scenes  # noqa: E402
+from scene_run import run_scene
 
 # Grid with four cells to a diameter (the least that is allowed) or five; what the bed has to be.
 SCENES = {
@@ -32,20 +25,8 @@ SCENES = {
 def run(request, tmp_path_factory):
     """(name, output folder) of a scene's first two steps."""
     out = tmp_path_factory.mktemp("scenes") / request.param
-    out.mkdir()
-    scene = scenes.find_scene(request.param)
     settings = [f"grid.cells={SCENES[request.param][0]}", "output.spheres_every=0.0"]
-    work = job.Job(scene, "actm_hw", job.Ranks(1, 1), out, settings, 2)
-    programs = Path(os.environ["BEDLOAD_BIN"])
-    line = [
-        str(programs / Path(word).name) if Path(word).parent == job.BIN else word
-        for word in work.command()
-    ]
-    done = subprocess.run(
-        line, cwd=scene.folder, env=job.environment(), stdin=subprocess.DEVNULL,
-        capture_output=True, text=True, timeout=280,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    run_scene(request.param, "actm_hw", out, settings, 2)
     return request.param, out
 
 
