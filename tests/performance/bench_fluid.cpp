@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <malloc.h>
 #include <mpi.h>
 
 #include <CLI/CLI.hpp>
@@ -57,8 +58,12 @@ double peak_memory() {
   return 0.0;
 }
 
-/// Makes the present resident memory the new peak to start from.
-void forget_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5\n"; }
+/// Makes the present resident memory the new peak to start from, without what earlier rows have
+/// freed.
+void forget_peak_memory() {
+  malloc_trim(0);
+  std::ofstream("/proc/self/clear_refs") << "5\n";
+}
 
 struct Row {
   std::string blocks, precision;
@@ -195,6 +200,8 @@ int run(int argc, char** argv) {
 }  // namespace bedload
 
 int main(int argc, char** argv) {
+  mallopt(M_MMAP_THRESHOLD,
+          1 << 17);  // fields go back to the system, so that each row shows its own
   MPI_Init(&argc, &argv);
   int result = 1;
   try {
