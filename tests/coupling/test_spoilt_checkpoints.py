@@ -14,6 +14,7 @@ from pocket import checkpoint, job, spoken, two_checkpoints
 
 PARTS = ["fluid.h5", "grains.bin"]
 FRONT = 512  # bytes of the block in front of each part: kind and version, size, check sum
+READER = os.environ.get("BEDLOAD_READER", str(BIN / "open_checkpoints"))  # the sanitizers bring theirs
 MOMENT = 20.0  # seconds; a checkpoint of this size is read in milliseconds
 
 
@@ -26,7 +27,7 @@ class Reader:
     """open_checkpoints, asked by lines; an answer that does not come is a hang."""
 
     def __init__(self):
-        self.process = subprocess.Popen([BIN / "open_checkpoints"], env=ENVIRONMENT, stdin=subprocess.PIPE,
+        self.process = subprocess.Popen([READER], env=ENVIRONMENT, stdin=subprocess.PIPE,
                                         stdout=subprocess.PIPE, text=True)  # fmt: skip
         self.answers = selectors.DefaultSelector()
         self.answers.register(self.process.stdout, selectors.EVENT_READ)

@@ -17,7 +17,7 @@ sys.path.insert(0, str(ROOT / "tests" / "coupling"))
 from job import SCENES, command, run  # noqa: E402
 
 FOLDER = Path(os.environ["BEDLOAD_SANITIZERS"])
-TARGETS = ["fluid_tests", "fluid_output_tests", "bedload-fluid", "styles-formulas-test"]
+TARGETS = ["fluid_tests", "fluid_output_tests", "bedload-fluid", "open_checkpoints", "styles-formulas-test"]
 # MPI, HDF5 and Python's preloads leave memory behind on purpose; a report of ours ends the program.
 SANITIZERS = {
     "ASAN_OPTIONS": "detect_leaks=0:exitcode=99",
@@ -69,3 +69,10 @@ def test_a_coupled_run_and_its_restart(tmp_path, ranks):
              "output.fields_every=0.04"]  # fmt: skip
     check(start(command(fluid, dem, ranks), tmp_path))
     check(start(command([*fluid, "--restart", str(out)], dem, ranks), tmp_path))
+
+
+def test_spoilt_checkpoints(tmp_path):
+    """The 540 of tests/coupling, read by a reader that minds each byte beyond an end."""
+    spoilt = str(ROOT / "tests" / "coupling" / "test_spoilt_checkpoints.py")
+    tests = [sys.executable, "-B", "-m", "pytest", "-q", "-p", "no:cacheprovider", spoilt, "-k", "refused"]
+    check(start(["env", f"BEDLOAD_READER={FOLDER / 'bin' / 'open_checkpoints'}", *tests], tmp_path))
