@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -32,13 +31,12 @@ constexpr const char* wisdom_name = "fftw_wisdom";
 constexpr const char* step_name = "time_step";
 constexpr const char* due_name = "checkpoint_due";
 
-/// What FFTW has learned on the first rank, as numbers: ranks may write the same down in texts of
-/// different lengths, and what goes into the file has to be the same everywhere. Collective.
+/// What FFTW has learned on the first rank, which is all that any rank has (plan_alike), as numbers;
+/// what goes into the file has to be the same everywhere. Collective.
 template <class Real>
 std::vector<double> transform_wisdom(MPI_Comm comm) {
-  char* const text = Fftw<Real>::wisdom();
-  std::vector<double> numbers(text, text + std::strlen(text));
-  std::free(text);
+  const std::string text = wisdom_in_order<Real>();
+  std::vector<double> numbers(text.begin(), text.end());
   int length = static_cast<int>(numbers.size());
   MPI_Bcast(&length, 1, MPI_INT, 0, comm);
   numbers.resize(static_cast<std::size_t>(length));

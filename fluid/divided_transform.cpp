@@ -50,7 +50,7 @@ void DividedTransform<Real>::plan(MPI_Comm comm) {
   AlignedArray<Real> row(this->real_pitch()), modes(this->pitch() * 2);
   Real *p = row.data(), *l = line_.data(), *c = columns_.data(), *m = modes.data();
   const int own = own_columns(), reals = static_cast<int>(column_row());
-  plan_alike<Real>(comm, [&] {
+  plan_alike<Real>(comm, own, [&] {
     if (this->periodic_x()) {
       forward_x_ = Plan::to_complex({nx_, 1}, p, l);
       inverse_x_ = Plan::to_real({nx_, 1}, l, p);

@@ -3,8 +3,10 @@
 #include <fftw3.h>
 #include <mpi.h>
 
+#include <algorithm>
 #include <cstdlib>
-#include <cstring>
+#include <sstream>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -58,33 +60,63 @@ struct Fftw;
     static void destroy(Plan plan) { name##_destroy_plan(plan); }                                  \
     static char* wisdom() { return name##_export_wisdom_to_string(); }                             \
     static void learn(const char* wisdom) { name##_import_wisdom_from_string(wisdom); }            \
+    static void forget() { name##_forget_wisdom(); }                                               \
   };
 BEDLOAD_FFTW(double, fftw)
 BEDLOAD_FFTW(float, fftwf)
 #undef BEDLOAD_FFTW
 
-/// Runs `plan` on rank 0 first and hands what FFTW learned to the other ranks before they do the
-/// same: all ranks then compute with the same algorithms, to the last digit. Collective.
+/// What FFTW has learned in this process, an entry a line in a fixed order: FFTW itself writes them
+/// down as they lie in its table, which depends on the order in which they came.
+template <class Real>
+std::string wisdom_in_order() {
+  char* const text = Fftw<Real>::wisdom();
+  std::istringstream lines(text);
+  std::free(text);
+  std::string head, entry;
+  std::getline(lines, head);
+  std::vector<std::string> entries;
+  while (std::getline(lines, entry) && entry != ")") entries.push_back(entry);
+  std::sort(entries.begin(), entries.end());
+  for (const std::string& line : entries) head += "\n" + line;
+  return head + "\n)\n";
+}
+
+/// Knows what `wisdom` says and nothing else: FFTW also remembers what it tried and did not choose.
+template <class Real>
+void know_only(const std::string& wisdom) {
+  Fftw<Real>::forget();
+  Fftw<Real>::learn(wisdom.c_str());
+}
+
+/// Runs `plan` on all ranks so that they compute with the same algorithms, to the last digit, and
+/// so does a run that goes on with what this one has learned. The first rank of each `shape` of
+/// transforms plans, which measures, on top of what those before it have learned; then all plan
+/// from the same knowledge, which measures nothing. Collective.
 template <class Real, class MakePlans>
-void plan_alike(MPI_Comm comm, MakePlans&& plan) {
-  int rank = 0;
+void plan_alike(MPI_Comm comm, int shape, MakePlans&& plan) {
+  int rank = 0, ranks = 1;
   MPI_Comm_rank(comm, &rank);
-  std::vector<char> wisdom;
-  int length = 0;
-  if (rank == 0) {
-    plan();
-    char* text = Fftw<Real>::wisdom();
-    wisdom.assign(text, text + std::strlen(text) + 1);
-    std::free(text);
-    length = static_cast<int>(wisdom.size());
+  MPI_Comm_size(comm, &ranks);
+  std::vector<int> shapes(static_cast<std::size_t>(ranks));
+  MPI_Allgather(&shape, 1, MPI_INT, shapes.data(), 1, MPI_INT, comm);
+  for (auto first = shapes.begin(); first != shapes.end(); ++first) {
+    if (std::find(shapes.begin(), first, *first) != first) continue;
+    const int leader = static_cast<int>(first - shapes.begin());
+    std::string wisdom;
+    if (rank == leader) {
+      plan();
+      wisdom = wisdom_in_order<Real>();
+    }
+    int length = static_cast<int>(wisdom.size());
+    MPI_Bcast(&length, 1, MPI_INT, leader, comm);
+    wisdom.resize(static_cast<std::size_t>(length));
+    MPI_Bcast(wisdom.data(), length, MPI_CHAR, leader, comm);
+    know_only<Real>(wisdom);
   }
-  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
-  wisdom.resize(static_cast<std::size_t>(length));
-  MPI_Bcast(wisdom.data(), length, MPI_CHAR, 0, comm);
-  if (rank != 0) {
-    Fftw<Real>::learn(wisdom.data());
-    plan();
-  }
+  const std::string wisdom = wisdom_in_order<Real>();
+  plan();
+  know_only<Real>(wisdom);
 }
 
 /// A planned transform. Complex numbers are pairs of reals. Arrays must be aligned like those of

@@ -88,7 +88,7 @@ Statistics<Real>::Statistics(const Settings& settings, const Grid& grid, const D
   line_x_ = AlignedArray<std::complex<double>>(nx);
   line_z_ = AlignedArray<std::complex<double>>(nz);
   modes_ = AlignedArray<std::complex<double>>(std::max(nx, nz));
-  plan_alike<double>(slabs.comm(), [&] {
+  plan_alike<double>(slabs.comm(), 0, [&] {
     along_x_ = line_plan(grid.cells[0], line_x_, modes_);
     along_z_ = line_plan(grid.cells[2], line_z_, modes_);
   });

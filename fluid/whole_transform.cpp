@@ -57,7 +57,7 @@ WholeTransform<Real>::WholeTransform(const Grid& grid, int component, const Deco
   const int step = static_cast<int>(real_pitch_);
   const FftwShape packed_columns{nz_, columns_, step / 2, 1}, columns{nz_, nx_, step, 1};
   const FftwShape complex_row{nx_, 1}, real_row{nx_, 1}, two_parts{nx_, 2, 2, 1};
-  plan_alike<Real>(blocks.comm(), [&] {
+  plan_alike<Real>(blocks.comm(), 0, [&] {
     if (periodic_z()) {
       forward_z_ = Plan::complex(packed_columns, p, p, FFTW_FORWARD);
       inverse_z_ = Plan::complex(packed_columns, p, p, FFTW_BACKWARD);
