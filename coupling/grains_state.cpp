@@ -71,7 +71,8 @@ std::string name_of(LAMMPS_NS::Fix& fix) {
 std::vector<LAMMPS_NS::Fix*> insertions(LAMMPS_NS::Modify& modify) {
   std::vector<LAMMPS_NS::Fix*> fixes;
   for (int n = 0; n < modify.nfix; ++n)
-    if (std::string_view(modify.fix[n]->style).starts_with("insert/")) fixes.push_back(modify.fix[n]);
+    if (std::string_view(modify.fix[n]->style).starts_with("insert/"))
+      fixes.push_back(modify.fix[n]);
   return fixes;
 }
 

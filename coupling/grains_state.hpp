@@ -37,9 +37,9 @@ class GrainsState {
   /// be called before set_clock().
   void let_insertions_pass() const;
 
-  /// Lets insertion fixes do what they do once, at their first setup: they measure their regions with
-  /// random numbers of their own, as in the run that wrote the state. To be called when LIGGGHTS and
-  /// its fixes are initialised, before put_back(), which sets the random numbers.
+  /// Lets insertion fixes do what they do once, at their first setup: they measure their regions
+  /// with random numbers of their own, as in the run that wrote the state. To be called when
+  /// LIGGGHTS and its fixes are initialised, before put_back(), which sets the random numbers.
   void set_up_insertions() const;
 
   /// Replaces all spheres, and sets the fixes' own states. To be called when LIGGGHTS and its fixes
