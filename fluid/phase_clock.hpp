@@ -42,8 +42,9 @@ class PhaseClock {
 
 /// Numbers of the fields that a phase moves between memory and processor, per cell and stage, mean
 /// over the three stages. Lines that the sweep has just used count as being in the cache; a write
-/// counts once. `old_pressure`: the predictor takes the old pressure's gradient and stands apart
-/// from the divergence (spheres; planes above all of them are swept at once and move less).
+/// counts once. `old_pressure`: the predictor takes the old pressure's gradient, and where spheres
+/// are it stands apart from the divergence, which then reads u* again (not counted: it is a matter
+/// of some planes).
 ///
 ///   momentum      reads u, v, w, writes them (6); the tendency is written, both, read (12/3 = 4)
 ///   elimination   writes the right-hand side; the coefficients that planes share stay in the cache
@@ -54,13 +55,12 @@ constexpr double numbers_moved(FlowPhase phase, bool old_pressure) {
   switch (phase) {
     case FlowPhase::momentum:
       return 10.0 + (old_pressure ? 1.0 : 0.0);
-    case FlowPhase::divergence:
-      return old_pressure ? 3.0 : 0.0;
     case FlowPhase::elimination:
     case FlowPhase::substitution:
       return 1.0;
     case FlowPhase::correction:
       return 6.0 + (old_pressure ? 2.0 : 1.0 / 3.0);
+    case FlowPhase::divergence:
     case FlowPhase::coupling:
     case FlowPhase::halo:
       break;
