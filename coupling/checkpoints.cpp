@@ -31,8 +31,8 @@ constexpr const char* wisdom_name = "fftw_wisdom";
 constexpr const char* step_name = "time_step";
 constexpr const char* due_name = "checkpoint_due";
 
-/// What FFTW has learned on the first rank, which is all that any rank has (plan_alike), as numbers;
-/// what goes into the file has to be the same everywhere. Collective.
+/// What FFTW has learned on the first rank, which is all that any rank has (plan_alike), as
+/// numbers; what goes into the file has to be the same everywhere. Collective.
 template <class Real>
 std::vector<double> transform_wisdom(MPI_Comm comm) {
   const std::string text = wisdom_in_order<Real>();

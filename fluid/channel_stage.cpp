@@ -166,7 +166,7 @@ void Channel<Real>::take_row_below(const Outflow& flow, int k) {
   for (int i = 0; i < grid_.cells[0]; ++i) rhs[i] -= flow.upwards * v_below[i];
 }
 
-/// Takes a plane, all of whose rows have been taken, into the Poisson solver.
+/// Eliminates a plane, all of whose rows have been taken.
 template <class Real>
 void Channel<Real>::eliminate_plane(const Outflow& flow) {
   const int nx = grid_.cells[0], nz = slabs_.rows();
@@ -188,6 +188,7 @@ void Channel<Real>::eliminate_plane(const Outflow& flow) {
   clock_.lap(FlowPhase::elimination);
 }
 
+/// The same for a plane whose u* is whole, as is that of the plane below.
 template <class Real>
 void Channel<Real>::eliminate_plane(int j, int moved, double step) {
   Outflow flow = outflow(j, moved, step);
@@ -352,6 +353,7 @@ void Channel<Real>::substitute_to_correct(int j, PressureUse pressure) {
   }
 }
 
+/// One plane of it, with the plane's share of what the last stage measures.
 template <class Real>
 void Channel<Real>::correct_plane(int j, const Correction& correction) {
   const int nx = grid_.cells[0], nz = slabs_.rows(), global = slabs_.first() + j;

@@ -32,9 +32,9 @@ namespace bedload {
 /// Upwards: write the right-hand side of plane j into rhs_row(j, 0..nz-1), call eliminate(j), for
 /// j = 0 .. planes-1. Then couple(). Downwards: substitute(j) for j = planes (the first plane of
 /// the slab above, unless there is a wall), planes-1, .., 0, after each of which solution_row(j, k)
-/// and solution_row(j+1, k) are valid. Where direction() is down, for the slab below the upper
-/// wall, it is eliminated downwards and substituted upwards: both slabs of two then begin at their
-/// wall, and neither has to carry the other's plane along.
+/// and solution_row(j+1, k) are valid. The slab below the upper wall may be eliminated downwards
+/// and substituted upwards instead, j = planes-1 .. 0 and 0 .. planes-1: both slabs of two then
+/// begin at their wall, and neither has to carry the other's plane along.
 ///
 /// The pressure's right-hand side of plane 0 lacks an amount that only the rank below knows, -v.
 /// That rank gives v over 1/gap (the coefficient of the plane below in that row) in excess_row()
@@ -44,8 +44,8 @@ namespace bedload {
 template <class Real>
 class PoissonSolver {
  public:
-  /// For a velocity component or the pressure. `direction`: down is allowed on the slab below an
-  /// upper wall that has another slab below. Collective.
+  /// For a velocity component or the pressure. `direction` of the elimination: down is allowed on
+  /// the slab below an upper wall that has another slab below. Collective.
   PoissonSolver(const Grid& grid, const Decomposition& decomposition,
                 int component = pressure_component, Sweep direction = Sweep::up);
 
@@ -66,9 +66,6 @@ class PoissonSolver {
   /// Whether the planes are divided along z: then rhs_row(j, nz) takes what belongs to the first
   /// row of the block in front.
   bool gives_to_front() const { return transform_->has_row_in_front(); }
-
-  /// Of the elimination.
-  Sweep direction() const { return direction_; }
 
   /// Takes `scale` times what stands in rhs_row(j) as the right-hand side.
   void eliminate(int j, double scale = 1.0);

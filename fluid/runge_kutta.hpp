@@ -13,9 +13,9 @@ namespace bedload {
 /// J. Comput. Phys. 209 (2005) 448, eq. (8).
 ///
 /// Implicit diffusion leaves the tendency N to convection and adds dt nu L (before_k u_k-1 +
-/// after_k u_k), before_k + after_k = 2 alpha_k: Spalart, Moser & Rogers, J. Comput. Phys. 96 (1991)
-/// 297, eq. (A2). Stable for any nu; second order in time. A wave too short to be resolved in time is
-/// damped by 0.47 in a step (by -1 with before = after, Crank-Nicolson).
+/// after_k u_k), before_k + after_k = 2 alpha_k: Spalart, Moser & Rogers, J. Comput. Phys. 96
+/// (1991) 297, eq. (A2). Stable for any nu; second order in time. A wave too short to be resolved
+/// in time is damped by 0.47 in a step (by -1 with before = after, Crank-Nicolson).
 struct Stage {
   double gamma;      ///< weight of the present tendency
   double zeta;       ///< weight of the tendency of the stage before

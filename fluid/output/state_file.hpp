@@ -22,11 +22,12 @@ struct StateRead {
 };
 
 /// Fills this rank's own cells of `velocity` and `pressure` from a state, compact or full; ghosts
-/// are left to the caller. On the same grid (cells and heights of planes) the values come back bit for bit whatever the number of
-/// ranks then and now. On another grid over the same box each component is interpolated linearly
-/// in the three directions on its own staggered points, periodic or up to the walls of `grid`. A
-/// pressure that is not stored becomes zero. Collective; throws UserError on all ranks when the
-/// file cannot be trusted or its box or its periodic directions differ.
+/// are left to the caller. On the same grid (cells and heights of planes) the values come back bit
+/// for bit whatever the number of ranks then and now. On another grid over the same box each
+/// component is interpolated linearly in the three directions on its own staggered points, periodic
+/// or up to the walls of `grid`. A pressure that is not stored becomes zero. Collective; throws
+/// UserError on all ranks when the file cannot be trusted or its box or its periodic directions
+/// differ.
 template <class Real>
 StateRead read_state(const std::string& path, const Grid& grid, const Decomposition& slabs,
                      Field<Real>& velocity, Field<Real>& pressure);

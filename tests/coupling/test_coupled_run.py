@@ -146,6 +146,16 @@ def test_steps_that_no_stage_divides(tmp_path):
     assert "'coupling.dem_steps' is 7, but must be a multiple of 15" in result.output
 
 
+def one_step_with(folder, change, options):
+    """A step of the scene with some lines more in its script, once the spheres are there."""
+    script = (SCENE / "in.liggghts").read_text()
+    changed = script.replace("group           bed type 1", f"{change}\ngroup bed type 1")
+    assert changed != script
+    (folder / "in.liggghts").write_text(changed)
+    (folder / "fluid.toml").write_text((SCENE / "fluid.toml").read_text())
+    return job(folder, "--steps", "1", *options, scene=folder)
+
+
 @pytest.mark.parametrize(
     ("density", "options", "found"),
     [
@@ -156,12 +166,7 @@ def test_steps_that_no_stage_divides(tmp_path):
     ],
 )
 def test_spheres_too_light_for_the_scheme_are_refused(tmp_path, density, options, found):
-    script = (SCENE / "in.liggghts").read_text()
-    lighter = script.replace("group           bed type 1", f"set type 2 density {density}\ngroup bed type 1")
-    assert lighter != script
-    (tmp_path / "in.liggghts").write_text(lighter)
-    (tmp_path / "fluid.toml").write_text((SCENE / "fluid.toml").read_text())
-    result = job(tmp_path, "--steps", "1", *options, scene=tmp_path)
+    result = one_step_with(tmp_path, f"set type 2 density {density}", options)
     assert (result.status == 0) is (found is None), result.output
     assert found is None or found in result.output
 
@@ -184,12 +189,7 @@ def test_a_very_viscous_fluid_is_warned_of(tmp_path, viscosity, warned):
     ],
 )
 def test_limits_that_no_number_alone_shows_are_warned_of(tmp_path, change, options, words):
-    script = (SCENE / "in.liggghts").read_text()
-    other = script.replace("group           bed type 1", f"{change}\ngroup bed type 1")
-    assert other != script
-    (tmp_path / "in.liggghts").write_text(other)
-    (tmp_path / "fluid.toml").write_text((SCENE / "fluid.toml").read_text())
-    result = job(tmp_path, "--steps", "1", *options, scene=tmp_path)
+    result = one_step_with(tmp_path, change, options)
     assert result.status == 0, result.output
     assert ("caution: " in result.output) is (words is not None)
     assert words is None or words in result.output
