@@ -1,4 +1,4 @@
-"""The estimate of a scene's cost: grids of the trials, scaling by part, memory as a line."""
+"""The estimate of a scene's cost: grids of the trials, scaling by part, memory by program, markers and cells."""
 
 import math
 from dataclasses import replace

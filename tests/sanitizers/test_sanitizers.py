@@ -1,6 +1,6 @@
 """Address and undefined-behaviour sanitizers over unit tests and a small coupled run.
 
-Builds, in a folder of its own, what takes about a minute: the fluid with its output and the exchange,
+Builds, in a folder of its own, some minutes the first time: the fluid with its output and the exchange,
 and the tests of settings (fuzzed texts among them), files and contact formulas. LIGGGHTS is Debian's,
 without sanitizers, and runs beside the fluid as it stands.
 """
