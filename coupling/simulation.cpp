@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "coupling/stages.hpp"
 #include "fluid/block_map.hpp"
 #include "fluid/diagnostics.hpp"
+#include "fluid/diffusion.hpp"
 #include "fluid/errors.hpp"
 #include "fluid/runge_kutta.hpp"
 #include "fluid/spheres/gather.hpp"
@@ -85,7 +87,11 @@ template <class Real>
 void Simulation<Real>::begin_step() {
   mean_loads_.clear();
   grain_intervals_.clear();
-  if (channel_.settings().output.energy_work) work_ = {0.0, 0.0, 0.0};
+  // Without spheres all stages go in one, and nobody sees the flow in between.
+  if (!channel_.settings().output.energy_work || (spheres_.empty() && !partner_)) return;
+  work_ = {0.0, 0.0, 0.0};
+  if (diffusion_is_implicit(channel_.settings(), channel_.grid()))
+    work_.old_pressure = std::numeric_limits<double>::quiet_NaN();
 }
 
 // work += (E - E before) / (V dt), the part of the stage that lies between having done it
@@ -102,7 +108,7 @@ void Simulation<Real>::follow_energy(double& work) {
 //   -dtau sum grad p_old . (u + u*)/2 dV = -dtau/2 sum grad p_old . u* dV,
 //
 // since u is free of divergence: the old pressure does work only on what the predictor adds to u.
-// With implicit diffusion that term cannot be told apart.
+// With implicit diffusion that term cannot be told apart: NaN.
 template <class Real>
 void Simulation<Real>::follow_old_pressure(int stage) {
   if (!channel_.settings().output.energy_work) return;

@@ -174,8 +174,7 @@ void declare_keys(Settings& s, Visitor& key) {
               "Steps between rows of history.csv.");
   key.word("output.energy_work", s.output.energy_work, on_off_words,
            "Whether history.csv tells what forcing at the markers, projection and the old pressure "
-           "do on the "
-           "flow; costs twelve sums over the box in a step.");
+           "do on the flow, in runs with spheres; costs twelve sums over the box in a step.");
   key.integer("statistics.every", s.statistics.every, "-", Range{0, 1 << 30},
               "Steps between samples of the flow statistics; 0: none are taken.");
   key.number("statistics.from", s.statistics.from, "T", not_negative, Need::optional,

@@ -125,7 +125,7 @@ class Pair:
 
 PAIRS_OF_PROGRAMS = (
     Pair("grains", lambda r: fluid_seconds((), r), lambda r: plain_seconds((), r),
-         lambda n, out: fluid(n, out), lambda n: plain(n)),
+         fluid, lambda n: plain(n)),
     Pair("fixed spheres", lambda r: fluid_seconds((FIXED,), r), lambda r: plain_seconds((FIXED,), r),
          lambda n, out: fluid(n, out, (FIXED,)), lambda n: plain(n, (FIXED,))),
     Pair("lubrication", lambda r: grains_seconds(True, 1), lambda r: grains_seconds(False, 1),

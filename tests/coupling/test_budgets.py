@@ -1,5 +1,6 @@
-"""A thousand steps of `./bedload study budgets`: all accounts are closed, and each would show a term that
-is missing, doubled or turned about."""
+"""A thousand steps of `./bedload study budgets`: all accounts are closed. A term of the flow's energy
+that is missing, doubled or turned about shows, and so does the grains' work turned about (its size does
+not: slip is what remains of the forcing's work beside it)."""
 
 import sys
 from dataclasses import replace

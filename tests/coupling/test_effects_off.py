@@ -63,3 +63,6 @@ def test_fixed_spheres_start_no_liggghts(tmp_path):
 def test_grains_that_never_meet_have_no_films():
     off, never = (step(lambda n, film=film: effects.grains(n, film), 1, 100) for film in (True, False))
     assert off == never
+    # Half a diameter lies between them on the mean: with that range there are films, and they are seen.
+    on = step(lambda n: [*effects.grains(n, True), "-var", "range", "0.6"], 1, 100)
+    assert on["bytes"] > never["bytes"] + 10_000

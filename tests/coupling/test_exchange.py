@@ -15,6 +15,7 @@ from job import ENVIRONMENT, LAYOUTS, SCENES, command, liggghts, run, stand_in
 # What is promised of a job with a mistake or a dead rank: over ten seconds later (seen: two at most,
 # start included). Nothing else runs beside these tests (RUN_SERIAL).
 LIMIT = 10.0
+START = 60.0  # for a job to come to where it is disturbed
 COLLISIONS_BOX = ("--length", "2", "1.5", "1")
 
 
@@ -233,7 +234,7 @@ def test_sudden_death_of_liggghts_ends_the_job(tmp_path):
     mpirun = subprocess.Popen(line, cwd=tmp_path, env=ENVIRONMENT, stdin=subprocess.DEVNULL,
                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        deadline = time.monotonic() + LIMIT
+        deadline = time.monotonic() + START
         while len(children(mpirun.pid).get("bedload-dem", [])) < 2:
             assert time.monotonic() < deadline, "the job did not start"
             time.sleep(0.05)

@@ -76,7 +76,6 @@ TEST(UserMistakes, AFieldThatIsNotFiniteStopsTheRunAtOnceWithItsPlace) {
             ContainsRegex("near cell .[234], [456], [123].")) /* (3, 5, 2) or a neighbour */);
 }
 
-/// With time.cfl the step follows the flow: as long as allowed, up to one rung of its ladder.
 /// Markers need cubes up to two cells above a sphere. Cubes of 0.25 up to 1.5: a sphere may reach
 /// 1.0.
 TEST(UserMistakes, SpheresThatReachStretchedCellsAreRefused) {
@@ -111,6 +110,7 @@ TEST(MomentumResidual, IsNotANumberBetweenXWalls) {
   }
 }
 
+/// With time.cfl the step follows the flow: as long as allowed, up to one rung of its ladder.
 TEST(TimeStep, FollowsTheCflNumber) {
   Settings s = box({24, 16, 20}, 1.0 / 16, 1e-3, 0.2);
   disturb(s, 1.0, 0.4);

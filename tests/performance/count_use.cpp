@@ -15,11 +15,10 @@
 
 namespace {
 
-std::int64_t blocks = 0, bytes = 0, at_last_message = 0;  // programs of one thread
+std::int64_t bytes = 0, at_last_message = 0;  // programs of one thread
 
 void* taken(void* memory, std::size_t size) {
   if (memory == nullptr) throw std::bad_alloc();
-  ++blocks;
   bytes += static_cast<std::int64_t>(size);
   return memory;
 }
@@ -38,10 +37,10 @@ __attribute__((destructor)) void tell() {
   if (file == nullptr) return;
   const bedload::Traffic traffic = bedload::traffic();
   std::fprintf(file,
-               "{\"program\": \"%s\", \"blocks\": %ld, \"bytes\": %ld, \"bytes_at_last_message\": "
+               "{\"program\": \"%s\", \"bytes\": %ld, \"bytes_at_last_message\": "
                "%ld, \"messages\": %ld, "
                "\"bytes_sent\": %ld, \"sums\": %ld}\n",
-               program_invocation_short_name, static_cast<long>(blocks), static_cast<long>(bytes),
+               program_invocation_short_name, static_cast<long>(bytes),
                static_cast<long>(at_last_message), static_cast<long>(traffic.messages),
                static_cast<long>(traffic.bytes), static_cast<long>(traffic.sums));
   std::fclose(file);
