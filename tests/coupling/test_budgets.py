@@ -2,17 +2,13 @@
 that is missing, doubled or turned about shows, and so does the grains' work turned about (its size does
 not: slip is what remains of the forcing's work beside it)."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from job import BIN
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "postproc"))
-
-from bedload_launcher import job as launcher_job  # noqa: E402  (needs the path above)
-from bedload_studies import budgets  # noqa: E402
+from bedload_launcher import job as launcher_job
+from bedload_studies import budgets
 
 STEPS = 1000
 

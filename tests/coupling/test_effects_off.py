@@ -1,16 +1,11 @@
 """What is off is not there: nothing allocated, sent or started for it. Counts, not times, by a preloaded
 library; each is shown to see the effect when it is on."""
 
-import sys
-from pathlib import Path
-
 import pytest
 from job import BIN
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "postproc"))
-
-from bedload_launcher import bench_effects as effects  # noqa: E402  (needs the path above)
-from bedload_launcher import job as launcher_job  # noqa: E402
+from bedload_launcher import bench_effects as effects
+from bedload_launcher import job as launcher_job
 
 RANKS = 2
 FIELD = 8 * 96 * 48 * 64  # bytes of one number a cell

@@ -2,17 +2,13 @@
 `./bedload study estimate`, on a quiet machine."""
 
 import math
-import sys
-from pathlib import Path
 
 from job import BIN
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "postproc"))
-
-from bedload_launcher import estimate, trial  # noqa: E402  (needs the path above)
-from bedload_launcher import job as launcher_job  # noqa: E402
-from bedload_launcher.scenes import find_scene  # noqa: E402
-from bedload_studies.estimate import MEMORY_LIMIT, PART  # noqa: E402
+from bedload_launcher import estimate, trial
+from bedload_launcher import job as launcher_job
+from bedload_launcher.scenes import find_scene
+from bedload_studies.estimate import MEMORY_LIMIT, PART
 
 CELLS = [112, 63, 56]
 

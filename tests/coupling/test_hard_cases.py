@@ -1,17 +1,12 @@
 """The quick ones of `./bedload study stability`: each hard case once, at a demanding time step."""
 
-import sys
-from pathlib import Path
-
 import pytest
 from job import BIN
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "postproc"))
-
-from bedload_launcher import job as launcher_job  # noqa: E402  (needs the path above)
-from bedload_studies.criteria import PASS  # noqa: E402
-from bedload_studies.hard_cases import CASES  # noqa: E402
-from bedload_studies.stability import run_cell  # noqa: E402
+from bedload_launcher import job as launcher_job
+from bedload_studies.criteria import PASS
+from bedload_studies.hard_cases import CASES
+from bedload_studies.stability import run_cell
 
 # Case, value of its knob, Courant number, precision. What each asks is the criterion of its case.
 QUICK = [

@@ -4,17 +4,14 @@ each other alone."""
 import csv
 import shutil
 import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
 
 from job import ENVIRONMENT
 from pocket import job, line, same_numbers
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "postproc"))
-from bedload_launcher.memory import MemoryWatch  # noqa: E402
+from bedload_launcher.memory import MemoryWatch
 
 HALF = 20
 
