@@ -32,35 +32,29 @@ Hyperslab slab_of(const Grid& grid, const Decomposition& slabs) {
           {size(slabs.rows()), size(slabs.planes()), size(grid.cells[0])}};
 }
 
-/// Component c of the velocity at the centres of this rank's cells, order (k, j, i):
-///   u(i, j, k) = (u_{i-1/2} + u_{i+1/2}) / 2, and v and w alike.
+/// Component c of the velocity at the centres of this rank's cells in rows first .. first+rows-1,
+/// order (k, j, i): u(i, j, k) = (u_{i-1/2} + u_{i+1/2}) / 2, and v and w alike.
 template <class Real>
-std::vector<float> centred_velocity(const FlowView<Real>& flow, int c) {
-  const int nx = flow.grid.cells[0], nz = flow.slabs.rows(), planes = flow.slabs.planes();
-  std::vector<float> centred;
-  centred.reserve(static_cast<std::size_t>(nx) * static_cast<std::size_t>(nz) *
-                  static_cast<std::size_t>(planes));
-  for (int k = 0; k < nz; ++k)
-    for (int j = 0; j < planes; ++j) {
+void centred_velocity(const FlowView<Real>& flow, int c, int first, int rows, float* to) {
+  for (int k = first; k < first + rows; ++k)
+    for (int j = 0; j < flow.slabs.planes(); ++j) {
       const Real* upper = flow.velocity.row(j, k, c);
       const Real* lower = c == 0   ? upper - 1
                           : c == 1 ? flow.velocity.row(j - 1, k, c)
                                    : flow.velocity.row(j, k - 1, c);
-      for (int i = 0; i < nx; ++i)
-        centred.push_back(static_cast<float>(Real(0.5) * (lower[i] + upper[i])));
+      for (int i = 0; i < flow.grid.cells[0]; ++i)
+        *to++ = static_cast<float>(Real(0.5) * (lower[i] + upper[i]));
     }
-  return centred;
 }
 
+/// The pressure in the same rows and order.
 template <class Real>
-std::vector<float> centred_pressure(const FlowView<Real>& flow) {
-  std::vector<float> values;
-  for (int k = 0; k < flow.slabs.rows(); ++k)
+void centred_pressure(const FlowView<Real>& flow, int first, int rows, float* to) {
+  for (int k = first; k < first + rows; ++k)
     for (int j = 0; j < flow.slabs.planes(); ++j) {
       const Real* row = flow.pressure.row(j, k);
-      for (int i = 0; i < flow.grid.cells[0]; ++i) values.push_back(static_cast<float>(row[i]));
+      for (int i = 0; i < flow.grid.cells[0]; ++i) *to++ = static_cast<float>(row[i]);
     }
-  return values;
 }
 
 }  // namespace
@@ -125,8 +119,12 @@ void FieldWriter::write(const FlowView<Real>& flow) {
   file.set_attribute(group, "step", flow.step);
   file.set_attribute(group, "time", flow.time);
   for (int c = 0; c < 3; ++c)
-    file.write(fmt::format("{}/{}", group, "uvw"[c]), slab, centred_velocity(flow, c).data());
-  file.write(group + "/p", slab, centred_pressure(flow).data());
+    file.write_in_pieces<float>(
+        fmt::format("{}/{}", group, "uvw"[c]), slab,
+        [&](int first, int rows, float* to) { centred_velocity(flow, c, first, rows, to); });
+  file.write_in_pieces<float>(group + "/p", slab, [&](int first, int rows, float* to) {
+    centred_pressure(flow, first, rows, to);
+  });
   file.close();
   snapshots_.push_back({flow.step, flow.time});
   on_first_rank(comm_, [&] {

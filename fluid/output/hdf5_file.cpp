@@ -199,11 +199,16 @@ void Hdf5File::remove(const std::string& name) {
       [&] { checked(H5Ldelete(file_, name.c_str(), H5P_DEFAULT), path_ + ":" + name, written); });
 }
 
-void Hdf5File::write_block(const std::string& dataset, const Hyperslab& block, NumberType type,
-                           const void* values, const Storage& storage) {
+std::uint64_t Hdf5File::most_on_any_rank(std::uint64_t here) const {
+  std::uint64_t most = here;
+  if (parallel_) MPI_Allreduce(&here, &most, 1, MPI_UINT64_T, MPI_MAX, comm_);
+  return most;
+}
+
+void Hdf5File::create_dataset(const std::string& dataset, const std::vector<std::uint64_t>& shape,
+                              NumberType type, const Storage& storage) {
   const std::string place = path_ + ":" + dataset;
   collective([&] {
-    const auto shape = sizes(block.shape), start = sizes(block.start), count = sizes(block.count);
     const int rank = static_cast<int>(shape.size());
     const Handle layout(checked(H5Pcreate(H5P_DATASET_CREATE), place, written), H5Pclose);
     // Every byte is written by a rank: filling first would write all of it twice.
@@ -215,10 +220,27 @@ void Hdf5File::write_block(const std::string& dataset, const Hyperslab& block, N
         checked(H5Pset_deflate(layout, static_cast<unsigned>(storage.gzip)), place, written);
       }
     }
-    const Handle whole(checked(H5Screate_simple(rank, shape.data(), nullptr), place, written),
-                       H5Sclose);
-    const Handle part(checked(H5Screate_simple(rank, count.data(), nullptr), place, written),
-                      H5Sclose);
+    const Handle whole(
+        checked(H5Screate_simple(rank, sizes(shape).data(), nullptr), place, written), H5Sclose);
+    const Handle data(checked(H5Dcreate2(file_, dataset.c_str(), native(type), whole, H5P_DEFAULT,
+                                         layout, H5P_DEFAULT),
+                              place, written),
+                      H5Dclose);
+  });
+}
+
+void Hdf5File::write_block(const std::string& dataset, const Hyperslab& block, NumberType type,
+                           const void* values) {
+  const std::string place = path_ + ":" + dataset;
+  collective([&] {
+    const auto start = sizes(block.start), count = sizes(block.count);
+    const Handle data(checked(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), place, written),
+                      H5Dclose);
+    const Handle whole(checked(H5Dget_space(data), place, written), H5Sclose);
+    const Handle part(
+        checked(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), place,
+                written),
+        H5Sclose);
     if (block.size() > 0) {
       checked(
           H5Sselect_hyperslab(whole, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr),
@@ -229,10 +251,6 @@ void Hdf5File::write_block(const std::string& dataset, const Hyperslab& block, N
     }
     const Handle transfer(checked(H5Pcreate(H5P_DATASET_XFER), place, written), H5Pclose);
     if (parallel_) checked(H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE), place, written);
-    const Handle data(checked(H5Dcreate2(file_, dataset.c_str(), native(type), whole, H5P_DEFAULT,
-                                         layout, H5P_DEFAULT),
-                              place, written),
-                      H5Dclose);
     checked(H5Dwrite(data, native(type), part, whole, transfer, values), place, written);
   });
 }

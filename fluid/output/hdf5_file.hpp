@@ -75,7 +75,28 @@ class Hdf5File {
   template <class T>
   void write(const std::string& dataset, const Hyperslab& block, const T* values,
              const Storage& storage = {}) {
-    write_block(dataset, block, number_type<T>, values, storage);
+    create_dataset(dataset, block.shape, number_type<T>, storage);
+    write_block(dataset, block, number_type<T>, values);
+  }
+  /// The same without a copy of the whole block: fill(first, count, values) puts the block's
+  /// elements first .. first + count - 1 of the slowest index into a buffer of some `bytes`.
+  /// Collective.
+  template <class T, class Fill>
+  void write_in_pieces(const std::string& dataset, const Hyperslab& block, Fill fill,
+                       std::size_t bytes = std::size_t{1} << 20) {
+    create_dataset(dataset, block.shape, number_type<T>, {});
+    const std::uint64_t pieces = most_on_any_rank((block.size() * sizeof(T) + bytes - 1) / bytes);
+    const std::uint64_t all = block.count[0];
+    Hyperslab piece = block;
+    if (pieces > 0) piece.count[0] = (all + pieces - 1) / pieces;
+    std::vector<T> values(piece.size());
+    for (std::uint64_t n = 0; n < pieces; ++n) {
+      const std::uint64_t first = all * n / pieces, count = all * (n + 1) / pieces - first;
+      piece.start[0] = block.start[0] + first;
+      piece.count[0] = count;
+      fill(static_cast<int>(first), static_cast<int>(count), values.data());
+      write_block(dataset, piece, number_type<T>, values.data());
+    }
   }
   /// Reads one block, converted to T. Each rank for itself; throws on that rank alone (wrap a
   /// series of reads in together()).
@@ -123,8 +144,11 @@ class Hdf5File {
  private:
   template <class Work>
   void collective(Work&& work);
+  std::uint64_t most_on_any_rank(std::uint64_t here) const;
+  void create_dataset(const std::string& dataset, const std::vector<std::uint64_t>& shape,
+                      NumberType type, const Storage& storage);
   void write_block(const std::string& dataset, const Hyperslab& block, NumberType type,
-                   const void* values, const Storage& storage);
+                   const void* values);
   void read_block(const std::string& dataset, const Hyperslab& block, NumberType type,
                   void* values) const;
   void make_growing(const std::string& dataset, NumberType type, std::uint64_t width,

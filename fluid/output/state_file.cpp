@@ -25,18 +25,14 @@ Hyperslab slab_of(const FlowView<Real>& flow) {
           {size(flow.slabs.planes()), size(flow.slabs.rows()), size(cells[0])}};
 }
 
-/// The rows of one component without their ghosts, order (j, k, i).
+/// Writes one component without its ghosts, order (j, k, i).
 template <class Real>
-std::vector<Real> packed(const Field<Real>& field, int c) {
-  std::vector<Real> values;
-  values.reserve(static_cast<std::size_t>(field.planes()) * static_cast<std::size_t>(field.nz()) *
-                 static_cast<std::size_t>(field.nx()));
-  for (int j = 0; j < field.planes(); ++j)
-    for (int k = 0; k < field.nz(); ++k) {
-      const Real* row = field.row(j, k, c);
-      values.insert(values.end(), row, row + field.nx());
-    }
-  return values;
+void write_component(Hdf5File& file, const std::string& name, const Hyperslab& slab,
+                     const Field<Real>& field, int c) {
+  file.write_in_pieces<Real>(name, slab, [&](int first, int planes, Real* to) {
+    for (int j = first; j < first + planes; ++j)
+      for (int k = 0; k < field.nz(); ++k) to = std::copy_n(field.row(j, k, c), field.nx(), to);
+  });
 }
 
 /// Component c (3: pressure) lives in this component of that field.
@@ -193,10 +189,9 @@ void write_state(const std::string& path, const FlowView<Real>& flow, const Stat
                                     .driving = flow.driving},
                                    comm);
     const Hyperslab slab = slab_of(flow);
-    for (int c = 0; c < 4; ++c)
-      file->write(
-          state_datasets[static_cast<std::size_t>(c)], slab,
-          c == pressure_index ? packed(flow.pressure, 0).data() : packed(flow.velocity, c).data());
+    for (int c = 0; c < 3; ++c)
+      write_component(*file, state_datasets[static_cast<std::size_t>(c)], slab, flow.velocity, c);
+    write_component(*file, state_datasets[pressure_index], slab, flow.pressure, 0);
     if (!extras.empty()) file->make_group("extra");
     const bool first_rank = flow.slabs.rank() == 0;
     for (const auto& [name, values] : extras) {

@@ -174,7 +174,9 @@ void ImmersedBoundary<Real>::find_planes_reached() {
   // Through a periodic end spheres reach the other side's planes.
   planes_reached_ = grid_.periodic(1) ? slabs_.planes() : std::min(planes, slabs_.planes());
   const int stored = std::max(planes_reached_, 1);
-  if (stored > scratch_.planes()) scratch_ = Field<Real>(grid_, {stored, slabs_.rows()}, 3);
+  if (stored <= scratch_.planes()) return;
+  scratch_ = Field<Real>(grid_, {1, slabs_.rows()}, 3);  // its memory first
+  scratch_ = Field<Real>(grid_, {stored, slabs_.rows()}, 3);
 }
 
 template <class Real>
@@ -212,7 +214,10 @@ void ImmersedBoundary<Real>::place_fixed() {
       markers.append(fixed_lists_[c], scratch_, slabs_, static_cast<int>(c), static_cast<int>(n),
                      layout, buried);
   }
-  for (MarkerList<Real>& list : fixed_lists_) list.finish();
+  for (MarkerList<Real>& list : fixed_lists_) {
+    list.shrink();
+    list.finish();
+  }
   weigh_fixed();
 }
 

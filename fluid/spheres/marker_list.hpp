@@ -42,6 +42,12 @@ struct MarkerList {
     change.assign(stencil.size(), Real{});
     given.assign(stencil.size(), Real{});
   }
+  /// Gives back the memory that a list which stays as it is has to spare.
+  void shrink() {
+    ranges.shrink_to_fit();
+    stencil.shrink_to_fit();
+    arm.shrink_to_fit();
+  }
 };
 
 /// The markers of one sphere on both kinds of points of each direction: cell centres and faces.

@@ -53,7 +53,11 @@ def _last_row(out: Path) -> dict[str, str]:
 
 
 def measure(bed: Bed, ranks: job.Ranks) -> dict:
-    """Runs one bed; seconds per step by part, slip of the projected velocity, memory."""
+    """Runs one bed; seconds per step by part, slip of the projected velocity, memory.
+
+    rss_mb: the ranks' peaks added up, so that the code of libraries counts once a rank; pss_mb: largest
+    memory of all ranks at one time, what they share with each other or other programs divided among them.
+    """
     work = job.Job(
         SCENE, None, ranks, SCENE.folder, [f'accuracy.precision="{bed.precision}"', *bed.settings],
         bed.warm_up + bed.steps, fluid_options=("--warm-up", str(bed.warm_up)),
@@ -75,6 +79,7 @@ def measure(bed: Bed, ranks: job.Ranks) -> dict:
         **{field: round(value, 5) for field, value in parts.items()},
         "slip_rms": float(last["slip_rms"]),
         "rss_mb": round((trial.fluid_bytes + trial.dem_bytes) / 1e6, 1),
+        "pss_mb": round(trial.proportional_bytes / 1e6, 1),
     }
 
 

@@ -4,14 +4,21 @@ import threading
 from pathlib import Path
 
 POLL = 0.02  # s between looks
+LOOKS_PER_SHARE = 25  # the kernel counts the shares page by page, which takes a millisecond
 
 
 class MemoryWatch:
-    """Notes, while it is entered, the peak resident memory of every bedload program under `parent`."""
+    """Notes, while it is entered, the peak resident memory of every bedload program under `parent`.
+
+    proportional_bytes: largest sum over the programs at one time, each page that several processes have
+    (the code of libraries, messages between ranks) divided among them; peaks of less than
+    POLL LOOKS_PER_SHARE seconds may be missed.
+    """
 
     def __init__(self, parent: int) -> None:
         self._parent = parent
         self._peaks: dict[int, tuple[str, int]] = {}
+        self.proportional_bytes = 0
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._watch, daemon=True)
 
@@ -28,20 +35,33 @@ class MemoryWatch:
         return sum(peak for name, peak in self._peaks.values() if name.startswith(program[:15]))
 
     def _watch(self) -> None:
+        look = 0
         while not self._over.wait(POLL):
+            share_too, shares = look % LOOKS_PER_SHARE == 0, 0
+            look += 1
             for process in _descendants(self._parent):
-                status = _status(process)
-                if "VmHWM" in status:
-                    peak = int(status["VmHWM"].split()[0]) * 1024
-                    self._peaks[process] = (status["Name"].strip(), peak)
+                status = _table(process, "status")
+                if "VmHWM" not in status:
+                    continue
+                name = status["Name"].strip()
+                self._peaks[process] = (name, _bytes(status["VmHWM"]))
+                if share_too and name.startswith("bedload-"):
+                    shares += _bytes(_table(process, "smaps_rollup").get("Pss", "0 kB"))
+            self.proportional_bytes = max(self.proportional_bytes, shares)
 
 
-def _status(process: int) -> dict[str, str]:
+def _table(process: int, file: str) -> dict[str, str]:
+    """The lines 'key: value' of a file in /proc/PID."""
     try:
-        text = Path(f"/proc/{process}/status").read_text(encoding="utf-8", errors="replace")
+        text = Path(f"/proc/{process}/{file}").read_text(encoding="utf-8", errors="replace")
     except OSError:
         return {}
     return dict(line.split(":", 1) for line in text.splitlines() if ":" in line)
+
+
+def _bytes(entry: str) -> int:
+    """'87172 kB'"""
+    return int(entry.split()[0]) * 1024
 
 
 def _descendants(parent: int) -> list[int]:

@@ -23,7 +23,8 @@ class Trial:
 
     settings: every value in force; step_parts: seconds per step by part; output_seconds: all that the
     trial wrote but its checkpoint, the last fields included; fluid_bytes, dem_bytes: peak memory summed over the
-    ranks; cfl_step: length of the step that time.cfl allows the last flow on the trial's grid;
+    ranks; proportional_bytes: of all ranks at one time, pages that several processes have divided among
+    them; cfl_step: length of the step that time.cfl allows the last flow on the trial's grid;
     checkpoint_seconds: of the one at its end; start_seconds: of all that is no part of timing.csv, from
     the call of mpirun to its return; wall_seconds: of everything.
     """
@@ -39,6 +40,7 @@ class Trial:
     checkpoint_seconds: float = 0.0
     start_seconds: float = 0.0
     wall_seconds: float = 0.0
+    proportional_bytes: int = 0
 
     @property
     def cells(self) -> tuple[int, int, int]:
@@ -54,8 +56,8 @@ def run_trial(
 ) -> Trial:
     """Runs `work`, whose output folder is replaced by one that is removed after `read` has seen it.
 
-    Without a number of steps in `work` it runs to its end. The first `warm_up` steps, which the run itself is told to leave out, are not counted. Raises
-    UserError with the program's own words when the run fails.
+    Without a number of steps in `work` it runs to its end. The first `warm_up` steps, which the run itself
+    is told to leave out, are not counted. Raises UserError with the program's own words when the run fails.
     """
     with tempfile.TemporaryDirectory(prefix="bedload-trial-") as folder:
         out = Path(folder)
@@ -88,6 +90,7 @@ def run_trial(
         seconds.get("output", 0.0), memory.bytes_of("bedload-fluid"),
         memory.bytes_of("bedload-dem"), answer, allowed_step(settings, last),
         seconds.get("checkpoints", 0.0), max(0.0, wall - sum(seconds.values())), wall,
+        memory.proportional_bytes,
     )  # fmt: skip
 
 

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include <cstdlib>
+#include <numeric>
 
 #include "fluid/output/aside_file.hpp"
 #include "fluid/output/field_writer.hpp"
@@ -58,6 +59,34 @@ TEST(OutputFields, AreAtTheCellCentresInTheOrderZYX) {
                   0.5 * (linear(0, 0.125, grid.centre(1), grid.centre(1)) +
                          linear(0, 1.0, grid.centre(1), grid.centre(1))),
                   1e-6);
+  }
+}
+
+TEST(OutputFields, WrittenInPiecesOfAnySizeAreTheWholeArray) {
+  const Folder folder;
+  int rank = 0, ranks = 1;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  const std::uint64_t rows = 13, own_rows = rank == 0 ? 13 - (ranks - 1) : 1;  // uneven shares
+  const std::uint64_t first_row = rank == 0 ? 0 : rows - static_cast<std::uint64_t>(ranks - rank);
+  const Hyperslab slab{{rows, 3, 2}, {first_row, 0, 0}, {own_rows, 3, 2}};
+  for (const std::size_t bytes : {1, 100, 1 << 20}) {
+    {
+      Hdf5File file(folder / "pieces.h5", Hdf5File::Access::create, MPI_COMM_WORLD);
+      file.write_in_pieces<float>(
+          "numbers", slab,
+          [&](int first, int count, float* to) {
+            std::iota(to, to + 6 * count,
+                      static_cast<float>(6 * (first_row + std::uint64_t(first))));
+          },
+          bytes);
+      file.close();
+    }
+    const Hdf5File file(folder / "pieces.h5", Hdf5File::Access::read, MPI_COMM_SELF);
+    std::vector<float> wanted(6 * rows);
+    std::iota(wanted.begin(), wanted.end(), 0.0f);
+    EXPECT_EQ(all_of<float>(file, "numbers"), wanted) << bytes << " bytes";
+    MPI_Barrier(MPI_COMM_WORLD);
   }
 }
 
