@@ -81,6 +81,7 @@ void CoupledRun::run(int narg, char** arg) {
   fluid->set_time_step(fluid->fluid_time_step());
   fluid->allow_run(true);
   fluid->check_motion();  // the script may have moved them
+  fluid->check_tags();
   prepare(*fluid);
 
   const DemSteps dem_steps{side.facts().dem_steps};

@@ -104,7 +104,8 @@ void DemSide::send_motion(MotionHeader header, std::span<const StateRecord> sphe
     outbox_.post(
         partners_[n], Subject::states,
         std::make_shared<const Bytes>(pack(header, std::span<const StateRecord>(records[n]))));
-    header.impulse = header.angular_impulse = {};  // the first has it
+    header.impulse = header.angular_impulse = {};  // the first has them
+    header.lost = header.angular_lost = {};
     header.collisions = 0;
   }
 }

@@ -27,6 +27,7 @@
 #include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
+#include "liggghts_styles/owned_atom.hpp"
 #include "modify.h"
 #include "neighbor.h"
 #include "pair.h"
@@ -112,7 +113,7 @@ FixCoupleFluid::FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp_, int narg, char** arg)
 void FixCoupleFluid::post_create() {
   force_ = add_vector_per_atom(*modify, force_name, 3, style);
   torque_ = add_vector_per_atom(*modify, torque_name, 3, style);
-  kept_ = add_vector_per_atom(*modify, kept_name, 6, style);
+  kept_ = add_vector_per_atom(*modify, kept_name, 7, style);
 }
 
 void FixCoupleFluid::pre_delete(bool unfixflag) {
@@ -123,7 +124,8 @@ void FixCoupleFluid::pre_delete(bool unfixflag) {
 }
 
 int FixCoupleFluid::setmask() {
-  return LAMMPS_NS::FixConst::POST_INTEGRATE | LAMMPS_NS::FixConst::POST_FORCE;
+  using namespace LAMMPS_NS::FixConst;
+  return POST_INTEGRATE | PRE_NEIGHBOR | POST_FORCE;
 }
 
 void FixCoupleFluid::init() {
@@ -139,12 +141,13 @@ void FixCoupleFluid::init() {
   };
   force_ = find(force_name, 3);
   torque_ = find(torque_name, 3);
-  kept_ = find(kept_name, 6);
+  kept_ = find(kept_name, 7);
 }
 
 void FixCoupleFluid::setup(int vflag) {
   post_force(vflag);
   done_ = {};
+  if (!tags_noted_) note_tags();  // not before: Modify::setup gives new properties their defaults
 }
 
 void* FixCoupleFluid::extract(const char* name, int& dim) {
@@ -206,6 +209,7 @@ void FixCoupleFluid::post_force(int) {
       done_.angular_impulse[d] += held_torque[i][d] * update->dt;
     }
   }
+  ++substeps_;
 }
 
 double FixCoupleFluid::compute_vector(int n) {
@@ -231,11 +235,12 @@ void FixCoupleFluid::set_time_step(double fluid_time_step) {
 Order FixCoupleFluid::receive_loads(bool first) {
   stage_ = side_->receive_loads();
   if (stage_.header.order != Order::advance) return stage_.header.order;
-  if (first) hand_on_loads();
   done_ = {};
+  substeps_ = 0;
   done_.began = clock_seconds();
   done_.step = stage_.header.step;
   done_.stage = stage_.header.stage;
+  if (first) hand_on_loads();
   hold_loads();
   return Order::advance;
 }
@@ -254,21 +259,70 @@ void FixCoupleFluid::put_back_forces() {
   }
 }
 
-bool FixCoupleFluid::is_here(std::int64_t tag) const {
-  const int i = atom->map(static_cast<int>(tag));
-  return i >= 0 && i < atom->nlocal;
+// Place among this rank's atoms of the one that the fluid knows by `tag`, or -1: a new atom may
+// have the tag of one that is gone.
+int FixCoupleFluid::place_of(std::int64_t tag) const {
+  const int i = owned_atom(*atom, static_cast<int>(tag));
+  return i >= 0 && told_tag(i) == static_cast<double>(tag) ? i : -1;
 }
 
-// The fluid answers to the rank that sent a sphere's motion. When a coupled run begins LIGGGHTS may
-// have handed atoms to other ranks since.
+double& FixCoupleFluid::told_tag(int i) const { return kept_->array_atom[i][6]; }
+
+void FixCoupleFluid::note_tags() {
+  for (int i = 0; i < atom->nlocal; ++i)
+    if (is_mobile(atom->mask[i])) told_tag(i) = atom->tag[i];
+  tags_noted_ = true;
+}
+
+void FixCoupleFluid::check_tags() const {
+  int renumbered = std::numeric_limits<int>::max();
+  for (int i = 0; i < atom->nlocal; ++i)
+    if (is_mobile(atom->mask[i]) && told_tag(i) != 0.0 && told_tag(i) != atom->tag[i])
+      renumbered = std::min(renumbered, atom->tag[i]);
+  renumbered = reduced(renumbered, MPI_INT, MPI_MIN, world);
+  if (renumbered != std::numeric_limits<int>::max())
+    stop_run(lmp,
+             fmt::format("fix couple/fluid: atom {} had another number in the coupled_run before, "
+                         "and the fluid knows the spheres by their numbers; delete atoms with "
+                         "'delete_atoms ... compress no'",
+                         renumbered));
+}
+
+// Atoms have changed rank, and fixes have deleted theirs.
+void FixCoupleFluid::pre_neighbor() { hand_on_loads(); }
+
+// The fluid answers to the rank that sent a sphere's motion. LIGGGHTS may have handed atoms to
+// other ranks since, or deleted them.
 void FixCoupleFluid::hand_on_loads() {
   std::vector<LoadRecord>& loads = stage_.loads;
-  const auto stray = std::partition(loads.begin(), loads.end(),
-                                    [this](const LoadRecord& load) { return is_here(load.tag); });
+  const auto stray = std::partition(loads.begin(), loads.end(), [this](const LoadRecord& load) {
+    return place_of(load.tag) >= 0;
+  });
   const std::vector<LoadRecord> strays(stray, loads.end());
   loads.erase(stray, loads.end());
-  for (const LoadRecord& load : gather_by_tag<LoadRecord>(world, strays))
-    if (is_here(load.tag)) loads.push_back(load);
+  const std::vector<LoadRecord> all = gather_by_tag<LoadRecord>(world, strays);
+  std::vector<int> found(all.size(), 0);
+  for (std::size_t n = 0; n < all.size(); ++n)
+    if (place_of(all[n].tag) >= 0) {
+      loads.push_back(all[n]);
+      found[n] = 1;
+    }
+  MPI_Allreduce(MPI_IN_PLACE, found.data(), static_cast<int>(found.size()), MPI_INT, MPI_SUM,
+                world);
+  if (comm->me != 0) return;
+  for (std::size_t n = 0; n < all.size(); ++n)
+    if (found[n] == 0) book_lost(all[n]);
+}
+
+// A sphere that is gone does not get the rest of its load: sum_i F_i (steps left) dt
+void FixCoupleFluid::book_lost(const LoadRecord& load) {
+  const DemSteps steps{side_->facts().dem_steps};
+  const int left = steps.in_stage[static_cast<std::size_t>(stage_.header.stage)] - substeps_;
+  const double time = left * steps.time_step(stage_.header.fluid_time_step);
+  for (std::size_t d = 0; d < 3; ++d) {
+    done_.lost[d] += load.force[d] * time;
+    done_.angular_lost[d] += load.torque[d] * time;
+  }
 }
 
 // Velocity Verlet's first half kick of the stage still uses the forces of the previous step's end.
@@ -278,8 +332,8 @@ void FixCoupleFluid::hold_loads() {
   double** const held_force = force_->array_atom;
   double** const held_torque = torque_->array_atom;
   for (const LoadRecord& load : stage_.loads) {
-    if (!is_here(load.tag)) continue;  // deleted
-    const int i = atom->map(static_cast<int>(load.tag));
+    const int i = place_of(load.tag);
+    if (i < 0) continue;
     for (std::size_t d = 0; d < 3; ++d) {
       atom->f[i][d] += load.force[d] - held_force[i][d];
       atom->torque[i][d] += load.torque[d] - held_torque[i][d];
@@ -306,6 +360,7 @@ void FixCoupleFluid::send_motion() {
   done_.collisions = collisions_;
   done_.ended = clock_seconds();
   try {
+    note_tags();
     side_->send_motion(done_, states(false));
   } catch (const UserError& error) {
     end_job(Program::dem, comm->me, fmt::format("fix couple/fluid: {}", error.what()));

@@ -42,6 +42,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   void init() override;
   void setup(int vflag) override;
   void post_integrate() override;
+  void pre_neighbor() override;
   void post_force(int vflag) override;
   double compute_vector(int n) override;
 
@@ -72,6 +73,8 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   /// Ends the job where a mobile sphere is out of the box or moves by more than its radius in a
   /// step.
   void check_motion() const;
+  /// Ends LIGGGHTS with a sentence where the script has given spheres other numbers. Collective.
+  void check_tags() const;
   /// Only coupled_run may move the spheres while this fix exists.
   void allow_run(bool allowed) { run_allowed_ = allowed; }
 
@@ -79,8 +82,11 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   bool is_mobile(int mask) const { return (mask & groupbit) != 0 && (mask & fixed_bit_) == 0; }
   bool is_fixed(int mask) const { return (mask & groupbit) != 0 && (mask & fixed_bit_) != 0; }
   void hand_on_loads();
+  void book_lost(const LoadRecord& load);
   void hold_loads();
-  bool is_here(std::int64_t tag) const;
+  int place_of(std::int64_t tag) const;
+  double& told_tag(int i) const;
+  void note_tags();
   void project_forces();
   DemFacts collect_facts() const;
   std::string describe_effects() const;
@@ -95,9 +101,12 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   bool run_allowed_ = false;
   LAMMPS_NS::FixPropertyAtom* force_ = nullptr;
   LAMMPS_NS::FixPropertyAtom* torque_ = nullptr;
-  LAMMPS_NS::FixPropertyAtom* kept_ = nullptr;  ///< total force and torque
+  LAMMPS_NS::FixPropertyAtom* kept_ =
+      nullptr;  ///< total force and torque, tag that the fluid was told
   StageLoads stage_;
   MotionHeader done_{};
+  int substeps_ = 0;  ///< of the present stage so far
+  bool tags_noted_ = false;
   std::int64_t collisions_ = -1;
   double dt_fluid_ = 0.0, viscosity_ = 0.0, fluid_density_ = 0.0, cell_size_ = 0.0;
 };

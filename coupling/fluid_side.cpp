@@ -125,6 +125,8 @@ Motion FluidSide::receive_motion() {
     for (const StateRecord& record : records) motion.mobile.push_back(sphere_state(record));
     add(sums.given, header.impulse);
     add(sums.angular_given, header.angular_impulse);
+    add(sums.given, header.lost);
+    add(sums.angular_given, header.angular_lost);
     collisions_ += header.collisions;
     motion.dem_began =
         dem == partners_.front() ? header.began : std::min(motion.dem_began, header.began);

@@ -28,8 +28,8 @@ struct Motion {
 /// What the exchange of one step comes to, over all ranks.
 struct StepAccount {
   /// Impulse of the loads sent against the one that LIGGGHTS added to its atoms, sub-step by
-  /// sub-step, force and torque: largest difference of a component over the sum of the single
-  /// loads' sizes, the worst of the stages.
+  /// sub-step, or could not add because it had deleted them, force and torque: largest difference
+  /// of a component over the sum of the single loads' sizes, the worst of the stages.
   double momentum_residual = 0.0;
   std::int64_t collisions = -1;  ///< finished so far in the whole run; -1: nobody counts
   std::int64_t mobile = 0;       ///< mobile spheres now
@@ -82,7 +82,8 @@ class FluidSide {
   void stop();
 
  private:
-  /// Force and torque over time of one stage: sent by this rank, and given as its partners say.
+  /// Force and torque over time of one stage: sent by this rank; given, or lost with a
+  /// sphere that is gone, as its partners say.
   struct StageSums {
     Triple sent{}, angular_sent{}, given{}, angular_given{};
     double size = 0.0, angular_size = 0.0;

@@ -14,7 +14,7 @@
 namespace bedload {
 
 /// Raised whenever a record below, or who sends it when, changes.
-inline constexpr std::int32_t protocol_number = 4;
+inline constexpr std::int32_t protocol_number = 5;
 
 using Triple = std::array<double, 3>;
 using Bytes = std::vector<std::byte>;
@@ -53,8 +53,10 @@ struct MotionHeader {
   std::int64_t step;
   std::int64_t stage;
   // To one of the partners; zero to the others.
-  Triple impulse;           ///< sum over this rank's spheres and sub-steps of force dt [M L/T]
-  Triple angular_impulse;   ///< the same of the torque [M L^2/T]
+  Triple impulse;          ///< sum over this rank's spheres and sub-steps of force dt [M L/T]
+  Triple angular_impulse;  ///< the same of the torque [M L^2/T]
+  Triple lost,
+      angular_lost;  ///< what spheres that were deleted would have got in the rest of the stage
   std::int64_t collisions;  ///< finished so far, all on rank 0's record; -1 there: not counted
   double began, ended;      ///< clock [s] around the sub-steps, for the time line
 };
@@ -108,7 +110,7 @@ constexpr std::uint64_t layout_fingerprint() {
   for (const std::size_t number :
        {sizeof(StateRecord), offsetof(StateRecord, spin), offsetof(StateRecord, mobile),
         sizeof(LoadRecord), offsetof(LoadRecord, torque), sizeof(LoadHeader),
-        offsetof(LoadHeader, fluid_time_step), sizeof(MotionHeader),
+        offsetof(LoadHeader, fluid_time_step), sizeof(MotionHeader), offsetof(MotionHeader, lost),
         offsetof(MotionHeader, collisions), sizeof(FluidFacts), offsetof(FluidFacts, gravity),
         offsetof(FluidFacts, restart_step), sizeof(DemFacts), offsetof(DemFacts, gravity),
         offsetof(DemFacts, mobile), offsetof(DemFacts, viscosity)})

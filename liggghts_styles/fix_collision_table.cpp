@@ -13,6 +13,7 @@
 #include <span>
 
 #include "liggghts_styles/liggghts.hpp"
+#include "liggghts_styles/owned_atom.hpp"
 
 namespace bedload {
 
@@ -219,10 +220,7 @@ void FixCollisionTable::write() {
 // Spheres may have changed rank: their contacts follow.
 void FixCollisionTable::pre_neighbor() {
   if (comm->nprocs == 1) return;
-  const auto is_mine = [&](double tag) {
-    const int i = atom->map(static_cast<int>(tag));
-    return i >= 0 && i < atom->nlocal;
-  };
+  const auto is_mine = [&](double tag) { return owned_atom(*atom, static_cast<int>(tag)) >= 0; };
   std::vector<double> leaving;
   for (auto place = open_.begin(); place != open_.end();) {
     if (is_mine(place->second.tag)) {
