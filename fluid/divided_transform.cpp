@@ -23,19 +23,22 @@ DividedTransform<Real>::DividedTransform(const Grid& grid, int component,
   int row_offset = 0, column_offset = 0;
   for (int r = 0; r < ranks_; ++r) {
     first_row_.push_back(blocks.first_row(r));
-    row_counts_.push_back(rows * column_width_ * (first_column(r + 1) - first_column(r)));
-    row_offsets_.push_back(row_offset);
-    row_offset += row_counts_.back();
-    column_counts_.push_back((blocks.rows(r) + 1) * own);
-    column_offsets_.push_back(column_offset);
-    column_offset += column_counts_.back();
-    block_offsets_.push_back(blocks.first_row(r) * own);
+    own_rows_.counts.push_back(rows * column_width_ * (first_column(r + 1) - first_column(r)));
+    own_rows_.offsets.push_back(row_offset);
+    row_offset += own_rows_.counts.back();
+    own_columns_.counts.push_back((blocks.rows(r) + 1) * own);
+    own_columns_.offsets.push_back(column_offset);
+    column_offset += own_columns_.counts.back();
+    all_blocks_.offsets.push_back(blocks.first_row(r) * own);
   }
+  all_blocks_.counts = own_columns_.counts;
   first_row_.push_back(all_rows_);
   line_ = AlignedArray<Real>(static_cast<std::size_t>(nx_) + 2);
-  rows_ = AlignedArray<Real>(static_cast<std::size_t>(row_offset));
-  received_ = AlignedArray<Real>(static_cast<std::size_t>(column_offset));
-  columns_ = AlignedArray<Real>(static_cast<std::size_t>(all_rows_ + 1) * column_row());
+  columns_ = AlignedArray<Real>(static_cast<std::size_t>(all_rows_) * column_row());
+  for (Passage& passage : passages_) {
+    passage.rows = AlignedArray<Real>(static_cast<std::size_t>(row_offset));
+    passage.columns = AlignedArray<Real>(static_cast<std::size_t>(column_offset));
+  }
   plan(blocks.comm());
 }
 
@@ -53,7 +56,7 @@ void DividedTransform<Real>::plan(MPI_Comm comm) {
   plan_alike<Real>(comm, own, [&] {
     if (this->periodic_x()) {
       forward_x_ = Plan::to_complex({nx_, 1}, p, l);
-      inverse_x_ = Plan::to_real({nx_, 1}, l, p);
+      inverse_x_ = Plan::to_real({nx_, 1}, l, p, false);
     } else {
       forward_x_ = Plan::real(basis_x_, true, {nx_, 1}, p, l);
       inverse_x_ = Plan::real(basis_x_, false, {nx_, 1}, l, p);
@@ -78,8 +81,44 @@ double DividedTransform<Real>::eigenvalue(int mode, int) const {
          second_difference(basis_z_, mode / own_columns(), all_rows_);
 }
 
+/// Sends and receives one message per rank of the plane; the own one is copied.
 template <class Real>
-void DividedTransform<Real>::forward_plane(Real* plane) {
+void DividedTransform<Real>::start(Passage& passage, const Real* from, const Layout& leaving,
+                                   Real* to, const Layout& coming) {
+  constexpr int tag = 0;
+  const MPI_Datatype type = mpi_type<Real>();
+  for (int r = 0; r < ranks_; ++r) {
+    const auto n = static_cast<std::size_t>(r);
+    if (r == rank_ || coming.counts[n] == 0) continue;
+    MPI_Irecv(to + coming.offsets[n], coming.counts[n], type, r, tag, comm_,
+              &passage.coming.emplace_back());
+  }
+  for (int r = 0; r < ranks_; ++r) {
+    const auto n = static_cast<std::size_t>(r);
+    if (r == rank_ || leaving.counts[n] == 0) continue;
+    MPI_Isend(from + leaving.offsets[n], leaving.counts[n], type, r, tag, comm_,
+              &passage.leaving.emplace_back());
+  }
+  const auto me = static_cast<std::size_t>(rank_);
+  std::copy_n(from + leaving.offsets[me], leaving.counts[me], to + coming.offsets[me]);
+}
+
+template <class Real>
+void DividedTransform<Real>::finish(std::vector<MPI_Request>& requests) {
+  MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
+  requests.clear();
+}
+
+template <class Real>
+typename DividedTransform<Real>::Passage& DividedTransform<Real>::next() {
+  Passage& passage = passages_[static_cast<std::size_t>(begun_ % 2)];
+  finish(passage.leaving);
+  return passage;
+}
+
+template <class Real>
+void DividedTransform<Real>::begin_forward(Real* plane) {
+  Passage& passage = next();
   const std::size_t width = static_cast<std::size_t>(column_width_);
   if (basis_x_ == Basis::faces) line_[static_cast<std::size_t>(nx_) - 1] = Real(0);
   for (int k = 0; k <= this->nz(); ++k) {
@@ -88,25 +127,32 @@ void DividedTransform<Real>::forward_plane(Real* plane) {
       const auto first = static_cast<std::size_t>(first_column(r)) * width;
       const auto count = static_cast<std::size_t>(first_column(r + 1)) * width - first;
       std::copy_n(&line_[first], count,
-                  rows_.data() + row_offsets_[static_cast<std::size_t>(r)] +
+                  passage.rows.data() + own_rows_.offsets[static_cast<std::size_t>(r)] +
                       static_cast<std::size_t>(k) * count);
     }
   }
-  const MPI_Datatype type = mpi_type<Real>();
-  MPI_Alltoallv(rows_.data(), row_counts_.data(), row_offsets_.data(), type, received_.data(),
-                column_counts_.data(), column_offsets_.data(), type, comm_);
+  start(passage, passage.rows.data(), own_rows_, passage.columns.data(), own_columns_);
+  ++begun_;
+}
+
+template <class Real>
+void DividedTransform<Real>::end_forward() {
+  Passage& passage = oldest();
+  finish(passage.coming);
+  ++ended_;
   // Rows of rank r stand behind each other; its additional row belongs to the first of rank r+1.
   const std::size_t own = column_row();
   for (int r = 0; r < ranks_; ++r) {
     const auto n = static_cast<std::size_t>(r);
     const auto begin = static_cast<std::size_t>(first_row_[n]) * own;
     const auto count = static_cast<std::size_t>(first_row_[n + 1]) * own - begin;
-    std::copy_n(received_.data() + column_offsets_[n], count, &columns_[begin]);
+    std::copy_n(passage.columns.data() + own_columns_.offsets[n], count, &columns_[begin]);
   }
   for (int r = 0; r < ranks_; ++r) {
     if (r + 1 == ranks_ && !this->periodic_z()) continue;
     const auto n = static_cast<std::size_t>(r);
-    const Real* excess = received_.data() + column_offsets_[n] + column_counts_[n] - own;
+    const Real* excess =
+        passage.columns.data() + own_columns_.offsets[n] + own_columns_.counts[n] - own;
     Real* to = &columns_[static_cast<std::size_t>(first_row_[n + 1] % all_rows_) * own];
     for (std::size_t i = 0; i < own; ++i) to[i] += excess[i];
   }
@@ -124,24 +170,32 @@ void DividedTransform<Real>::forward_row(Real*, int, Real* out) {
 template <class Real>
 void DividedTransform<Real>::inverse_row(Real* in, int, Real*) {
   if (own_columns() == 0) return;
+  Real* columns = next().columns.data();
   const std::size_t own = column_row(), last = static_cast<std::size_t>(all_rows_ - 1) * own;
-  if (basis_z_ == Basis::faces) std::fill_n(&columns_[last], own, Real(0));
-  inverse_z_(in, columns_.data());
-  std::copy_n(&columns_[this->periodic_z() ? 0 : last], own, &columns_[last + own]);
+  if (basis_z_ == Basis::faces) std::fill_n(columns + last, own, Real(0));
+  inverse_z_(in, columns);
+  std::copy_n(columns + (this->periodic_z() ? 0 : last), own, columns + last + own);
 }
 
 template <class Real>
-void DividedTransform<Real>::inverse_plane(Real* plane) {
-  const MPI_Datatype type = mpi_type<Real>();
-  // Each rank's rows and the next one: the blocks overlap, which is allowed for what is sent.
-  MPI_Alltoallv(columns_.data(), column_counts_.data(), block_offsets_.data(), type, rows_.data(),
-                row_counts_.data(), row_offsets_.data(), type, comm_);
+void DividedTransform<Real>::begin_inverse() {
+  Passage& passage = next();
+  // Each rank's rows and the next one.
+  start(passage, passage.columns.data(), all_blocks_, passage.rows.data(), own_rows_);
+  ++begun_;
+}
+
+template <class Real>
+void DividedTransform<Real>::end_inverse(Real* plane) {
+  Passage& passage = oldest();
+  finish(passage.coming);
+  ++ended_;
   const std::size_t width = static_cast<std::size_t>(column_width_);
   for (int k = 0; k <= this->nz(); ++k) {
     for (int r = 0; r < ranks_; ++r) {
       const auto first = static_cast<std::size_t>(first_column(r)) * width;
       const auto count = static_cast<std::size_t>(first_column(r + 1)) * width - first;
-      std::copy_n(rows_.data() + row_offsets_[static_cast<std::size_t>(r)] +
+      std::copy_n(passage.rows.data() + own_rows_.offsets[static_cast<std::size_t>(r)] +
                       static_cast<std::size_t>(k) * count,
                   count, &line_[first]);
     }
@@ -153,7 +207,9 @@ void DividedTransform<Real>::inverse_plane(Real* plane) {
 
 template <class Real>
 std::size_t DividedTransform<Real>::bytes() const {
-  return sizeof(Real) * (line_.size() + rows_.size() + received_.size() + columns_.size());
+  std::size_t values = line_.size() + columns_.size();
+  for (const Passage& passage : passages_) values += passage.rows.size() + passage.columns.size();
+  return sizeof(Real) * values;
 }
 
 template class DividedTransform<float>;

@@ -19,7 +19,8 @@ namespace bedload {
 /// `pitch` modes apart, each of parts() real numbers. Whole-plane steps are collective over the
 /// ranks that share the plane; row steps are not, so that the caller can work on a spectral row
 /// while it is in the first-level cache. Forward and inverse together multiply by
-/// 1/normalisation().
+/// 1/normalisation(). Forwards: begin_forward, end_forward, then the rows; inverse: the rows,
+/// begin_inverse, end_inverse. One more plane may begin before the last one ends.
 template <class Real>
 class PlaneTransform {
  public:
@@ -51,10 +52,14 @@ class PlaneTransform {
   /// pressure alone.
   virtual double eigenvalue(int mode, int row) const = 0;
 
-  virtual void forward_plane(Real* plane) = 0;
+  /// Whether messages are under way between begin and end of a whole-plane step.
+  bool exchanges() const { return divided_; }
+  virtual void begin_forward(Real* plane) = 0;
+  virtual void end_forward() = 0;
   virtual void forward_row(Real* plane, int row, Real* out) = 0;
   virtual void inverse_row(Real* in, int row, Real* plane) = 0;
-  virtual void inverse_plane(Real* plane) = 0;
+  virtual void begin_inverse() = 0;
+  virtual void end_inverse(Real* plane) = 0;
 
   virtual std::size_t bytes() const = 0;
 

@@ -176,7 +176,19 @@ void PoissonSolver<Real>::follow_mean(std::span<const YRow> rows, std::size_t pl
 
 template <class Real>
 void PoissonSolver<Real>::eliminate(int j, double scale) {
-  transform_->forward_plane(work_[j & 1].data());
+  transform_->begin_forward(work_[j & 1].data());
+  end_elimination();
+  begun_ = Begun{j, scale};
+  if (!transform_->exchanges()) end_elimination();
+}
+
+/// Of the plane that is under way, if one is.
+template <class Real>
+void PoissonSolver<Real>::end_elimination() {
+  if (!begun_) return;
+  const auto [j, scale] = *begun_;
+  begun_.reset();
+  transform_->end_forward();
   transform_->parts() == 2 ? eliminate_rows<2>(j, scale) : eliminate_rows<1>(j, scale);
 }
 
@@ -220,12 +232,14 @@ void PoissonSolver<Real>::eliminate_rows(int j, double scale) {
 
 template <class Real>
 void PoissonSolver<Real>::couple() {
+  end_elimination();
   if (coupled_above_ && !of_pressure_) {
     std::fill_n(outside_.data(), outside_.size(), Real(0));
   } else if (coupled_above_) {
     const Real scale = static_cast<Real>(transform_->normalisation());
     const std::size_t parts = static_cast<std::size_t>(transform_->parts());
-    transform_->forward_plane(excess_.data());
+    transform_->begin_forward(excess_.data());
+    transform_->end_forward();
     for (int kz = 0; kz < transform_->rows(); ++kz) {
       Real* row = &outside_[parts * at(0, kz)];
       transform_->forward_row(excess_.data(), kz, row);
@@ -275,13 +289,23 @@ void PoissonSolver<Real>::begin_from_below() {
 
 template <class Real>
 void PoissonSolver<Real>::substitute(int j) {
-  transform_->parts() == 2 ? substitute_rows<2>(j) : substitute_rows<1>(j);
-  transform_->inverse_plane(solution_[j & 1].data());
+  if (!begun_) begin_substitution(j);
+  begun_.reset();
+  const int next = j - step_of(direction_);
+  if (transform_->exchanges() && next >= 0 && next < planes_) begin_substitution(next);
+  transform_->end_inverse(solution_[j & 1].data());
   const int nx = transform_->nx();
   for (int k = 0; k < nz() + (gives_to_front() ? 1 : 0); ++k) {
     Real* row = real_row(solution_[j & 1], k);
     row[nx] = transform_->periodic_x() ? row[0] : row[nx - 1];
   }
+}
+
+template <class Real>
+void PoissonSolver<Real>::begin_substitution(int j) {
+  transform_->parts() == 2 ? substitute_rows<2>(j) : substitute_rows<1>(j);
+  transform_->begin_inverse();
+  begun_ = Begun{j, 1.0};
 }
 
 template <class Real>

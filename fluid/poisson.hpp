@@ -98,6 +98,8 @@ class PoissonSolver {
   void tell_first_plane();
   template <int parts>
   void begin_from_below();
+  void end_elimination();
+  void begin_substitution(int j);
   template <int parts>
   void eliminate_rows(int j, double scale);
   template <int parts>
@@ -134,6 +136,14 @@ class PoissonSolver {
     std::array<double, 2> g{};
   };
   std::optional<OpenMode> open_;
+
+  /// A plane whose transform has begun and not ended: while its messages are under way the next
+  /// one is worked on.
+  struct Begun {
+    int j;
+    double scale;
+  };
+  std::optional<Begun> begun_;
 };
 
 }  // namespace bedload

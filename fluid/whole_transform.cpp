@@ -82,7 +82,7 @@ WholeTransform<Real>::WholeTransform(const Grid& grid, int component, const Deco
 }
 
 template <class Real>
-void WholeTransform<Real>::forward_plane(Real* plane) {
+void WholeTransform<Real>::begin_forward(Real* plane) {
   if (periodic_z() && nx_ % 2 != 0)  // the last packed number has no partner
     for (int k = 0; k < nz_; ++k)
       plane[static_cast<std::size_t>(k) * real_pitch_ + static_cast<std::size_t>(nx_)] = 0;
@@ -119,7 +119,7 @@ void WholeTransform<Real>::inverse_row(Real* in, int row, Real* plane) {
 }
 
 template <class Real>
-void WholeTransform<Real>::inverse_plane(Real* plane) {
+void WholeTransform<Real>::end_inverse(Real* plane) {
   inverse_z_(plane, plane);
 }
 

@@ -33,10 +33,12 @@ class WholeTransform final : public PlaneTransform<Real> {
   double eigenvalue(int mode, int row) const override {
     return second_difference(basis_x_, mode, nx_) + second_difference(basis_z_, row, nz_);
   }
-  void forward_plane(Real* plane) override;
+  void begin_forward(Real* plane) override;
+  void end_forward() override {}
   void forward_row(Real* plane, int row, Real* out) override;
   void inverse_row(Real* in, int row, Real* plane) override;
-  void inverse_plane(Real* plane) override;
+  void begin_inverse() override {}
+  void end_inverse(Real* plane) override;
   std::size_t bytes() const override { return sizeof(Real) * scratch_.size(); }
 
  private:

@@ -350,10 +350,9 @@ void ImmersedBoundary<Real>::weigh_mobile() {
   mobile_halo_.refresh(scratch_);
   for (auto& list : mobile_lists_) weigh<Real>(list, all_of(list), nullptr, scratch_);
 
-  for (const std::size_t c : components) {
+  for (const std::size_t c : components)
     clear_supports(fixed_lists_[c], near_mobile_[c], scratch_);
-    clear_supports(mobile_lists_[c], all_of(mobile_lists_[c]), scratch_);
-  }
+  for (const Mobile& sphere : mobile_) clear_around(sphere.state, grid_, slabs_, scratch_);
   mobile_halo_.clear_touched(scratch_);
 }
 

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
-#include <utility>
 #include <vector>
 
 #include "fluid/decomposition.hpp"
@@ -29,29 +28,32 @@ struct InteriorSums {
 };
 inline constexpr std::size_t interior_numbers = sizeof(InteriorSums) / sizeof(double);
 
-/// Share of a cell inside a sphere from the distances phi = |x - x_p| - R of its eight corners
-/// (Kempe and Froehlich, J. Comput. Phys. 231 (2012), eq. 32):
+/// phi_i = sqrt(across + x_squared_i) - radius: distances from a sphere's surface along x. `count`
+/// is a multiple of 8.
+inline void surface_distances(std::size_t count, double across, double radius,
+                              const double* x_squared, double* phi) {
+  using Eight = Eigen::Array<double, 8, 1>;
+  for (std::size_t i = 0; i < count; i += 8)
+    Eigen::Map<Eight>(phi + i) = (across + Eigen::Map<const Eight>(x_squared + i)).sqrt() - radius;
+}
+
+/// The eight-corner share of cells inside a sphere (Kempe and Froehlich, J. Comput. Phys. 231
+/// (2012), eq. 32), phi = |x - x_p| - R at the corners:
 ///
-///   alpha = sum_m -phi_m H(-phi_m) / sum_m |phi_m|,   H the Heaviside function.
+///   alpha = sum_m -phi_m H(-phi_m) / sum_m |phi_m| = (1 - sum_m phi_m / sum_m |phi_m|)/2,
 ///
-/// Here for `cells` cells of a row at the distances `y`, `z` from the sphere's centre, `x` that of
-/// the first cell's centre [L]: each face between two cells hands its four corners' sums to both.
-/// Appends the shares.
-inline void append_volume_shares(double radius, double h, double x, double y, double z, int cells,
-                                 std::vector<double>& shares) {
-  const double low_y = y - 0.5 * h, high_y = y + 0.5 * h;
-  const double low_z = z - 0.5 * h, high_z = z + 0.5 * h;
-  const Eigen::Array4d across(low_y * low_y + low_z * low_z, low_y * low_y + high_z * high_z,
-                              high_y * high_y + low_z * low_z, high_y * high_y + high_z * high_z);
-  double inside_before = 0.0, both_before = 0.0;
-  for (int face = 0; face <= cells; ++face) {
-    const double corner = x + (face - 0.5) * h;
-    const Eigen::Array4d phi = (across + corner * corner).sqrt() - radius;
-    const double inside = (-phi).max(0.0).sum(), both = phi.abs().sum();
-    if (face > 0) shares.push_back((inside_before + inside) / (both_before + both));
-    inside_before = inside;
-    both_before = both;
-  }
+/// H the Heaviside function. Here of `lane_count` cells of a row; `lines` are the values of phi
+/// along the row's four edges, from the first cell's lower corner on.
+[[gnu::always_inline]] inline Lanes<double> volume_shares(
+    const std::array<const double*, 4>& lines) {
+  Lanes<double> sum{}, size{};
+  for (const double* line : lines)
+    for (const int end : {0, 1}) {
+      const Lanes<double> phi = load(line + end);
+      sum += phi;
+      size += phi < 0.0 ? -phi : phi;
+    }
+  return 0.5 - 0.5 * sum / size;
 }
 
 /// The cells of the velocity components inside spheres that lie in this block, with their shares:
@@ -61,10 +63,10 @@ class InteriorCells {
   void clear() {
     rows_.clear();
     shares_.clear();
-    begin_ = {0};
+    pairs_.clear();
   }
   /// Number of (sphere, component) pairs so far.
-  std::size_t size() const { return begin_.size() - 1; }
+  std::size_t size() const { return pairs_.size(); }
 
   /// Adds the cells of one component inside one sphere; `field` only tells the layout.
   template <class Real>
@@ -76,169 +78,187 @@ class InteriorCells {
   InteriorSums sums(std::size_t n, const Field<Real>& velocity) const;
 
  private:
-  /// A row of cells, those from full_begin to full_end wholly inside.
+  /// A row of cells, in blocks of lane_count; those behind the last one have no share.
   struct Row {
     std::ptrdiff_t first;  ///< from row(0, 0, 0)
-    std::size_t share;     ///< place of the first share of the others
-    double x, y, z;        ///< of the first cell's value, from the centre [L]
-    std::int32_t cells, full_begin, full_end, component;
+    std::size_t share;     ///< place of the first share
+    int blocks;
+    double x, y, z;  ///< of the first cell's value, from the centre [L]
   };
+  struct Pair {
+    std::size_t begin, end;  ///< rows
+    int component;
+    InteriorSums shape;  ///< the sums without u
+  };
+  /// Sums of weights w, x w, y w and z w over cells, a lane each.
+  struct Moments {
+    Lanes<double> all{}, x{}, y{}, z{};
+    [[gnu::always_inline]] void add_row(const Lanes<double>& w, const Lanes<double>& xw,
+                                        double at_y, double at_z) {
+      all += w;
+      x += xw;
+      y += at_y * w;
+      z += at_z * w;
+    }
+    /// The two directions that are not along the component.
+    std::array<double, 2> across(int component) const {
+      const std::array<double, 3> sums{sum_of(x), sum_of(y), sum_of(z)};
+      return {sums[static_cast<std::size_t>(component + 1) % 3],
+              sums[static_cast<std::size_t>(component + 2) % 3]};
+    }
+  };
+  Lanes<double> places(const Row& row) const {
+    return row.x + h_ * Lanes<double>{0.0, 1.0, 2.0, 3.0};
+  }
+  InteriorSums shape_of(const Pair& pair) const;
 
   double h_ = 0.0;
   std::vector<Row> rows_;
-  std::vector<double> shares_;  ///< of the cells that are not wholly inside
-  std::vector<std::size_t> begin_{0};
+  std::vector<double> shares_;
+  std::vector<Pair> pairs_;
+  // phi on the lines of corners below and above a plane of cells, line after line; x^2 of a line
+  std::vector<double> below_, above_, x_squared_;
 };
 
 template <class Real>
 void InteriorCells::add(const Field<Real>& field, const Grid& grid, const Decomposition& slabs,
                         int component, const Vec3& centre, double radius) {
   const double h = h_ = grid.h;
-  /// Distance of a cell's value from the sphere's centre along a direction.
+  /// Distance of a cell's value from the sphere's centre along a direction, and of its lower face.
   const auto distance = [&](int direction, int cell) {
     return (direction == component ? grid.face(cell) : grid.centre(cell)) - centre[direction];
   };
-  /// Cells whose box may be within `reach` of the centre, and which exist.
-  const auto cells_within = [&](int direction, double reach) {
+  const auto lower = [&](int direction, int cell) { return distance(direction, cell) - 0.5 * h; };
+  /// First and last cell whose box may be within the radius, and which exist.
+  const auto cells_within = [&](int direction) {
     const double middle = (centre[direction] - (direction == component ? 1.0 : 0.5) * h) / h;
-    std::array<int, 2> range{static_cast<int>(std::ceil(middle - reach / h - 0.5)),
-                             static_cast<int>(std::floor(middle + reach / h + 0.5))};
+    std::array<int, 2> range{static_cast<int>(std::ceil(middle - radius / h - 0.5)),
+                             static_cast<int>(std::floor(middle + radius / h + 0.5))};
     if (!grid.periodic(direction)) {
       const int last = grid.cells[static_cast<std::size_t>(direction)] - 1;
       range = {std::max(range[0], 0), std::min(range[1], last)};
     }
     return range;
   };
+  // A sphere is smaller than the box.
   const auto wrapped = [&](int direction, int cell) {
     const int n = grid.cells[static_cast<std::size_t>(direction)];
-    return ((cell % n) + n) % n;
+    return cell < 0 ? cell + n : cell < n ? cell : cell - n;
   };
-  /// Distances of a cell's nearest and farthest faces.
   const auto nearest_face = [h](double x) { return std::max(std::abs(x) - 0.5 * h, 0.0); };
-  const auto farthest_face = [h](double x) { return std::abs(x) + 0.5 * h; };
   const auto square = [](double x) { return x * x; };
+
+  // The corners along x, and as many more as a block may reach beyond the last one.
+  const std::array<int, 2> along_x = cells_within(0), along_z = cells_within(2);
+  const int left = along_x[0], right = std::max(along_x[1], left);
+  const int back = along_z[0], front = std::max(along_z[1], back);
+  const auto width = static_cast<std::size_t>((right - left + 2 + lane_count + 7) / 8 * 8);
+  x_squared_.resize(width);
+  for (std::size_t i = 0; i < width; ++i)
+    x_squared_[i] = square(lower(0, left + static_cast<int>(i)));
+  for (std::vector<double>* lines : {&below_, &above_})
+    lines->resize(width * static_cast<std::size_t>(front - back + 2));
+  const auto line = [&](std::vector<double>& lines, int k) {
+    return lines.data() + static_cast<std::size_t>(k - back) * width;
+  };
+  const auto row_here = [&](int k) { return slabs.holds_row(wrapped(2, k)); };
+  const auto find_corners = [&](std::vector<double>& lines, int j) {
+    for (int k = back; k <= front + 1; ++k) {
+      const double across = square(lower(1, j)) + square(lower(2, k));
+      // Only corners of cells that may be inside, and here.
+      if (across > square(radius + 1.5 * h) || !(row_here(k - 1) || row_here(k))) continue;
+      surface_distances(width, across, radius, x_squared_.data(), line(lines, k));
+    }
+  };
 
   const int nx = grid.cells[0];
   const Real* origin = field.row(0, 0, 0);
-  const auto [first_plane, last_plane] = cells_within(1, radius);
-  for (int j = first_plane; j <= last_plane; ++j) {
+  const std::size_t rows_before = rows_.size();
+  bool corners_below = false;
+  const auto [first_plane, last_plane] = cells_within(1);
+  for (int j = first_plane; j <= last_plane; ++j, below_.swap(above_)) {
     const int plane = wrapped(1, j);
-    if (!slabs.holds_plane(plane)) continue;
+    const bool here = slabs.holds_plane(plane);
+    if (here && !corners_below) find_corners(below_, j);
+    corners_below = here;
+    if (!here) continue;
+    find_corners(above_, j + 1);
     const double y = distance(1, j), disc = square(radius) - square(nearest_face(y));
-    const auto [first_row, last_row] = cells_within(2, std::sqrt(std::max(disc, 0.0)));
-    for (int k = first_row; k <= last_row; ++k) {
-      const double z = distance(2, k), chord = disc - square(nearest_face(z));
-      const int row_here = wrapped(2, k);
-      if (chord <= 0.0 || !slabs.holds_row(row_here)) continue;
-      const auto [first, last] = cells_within(0, std::sqrt(chord));
-      // Both faces of a cell that is wholly inside are, with all their corners.
-      const double inner = square(radius) - square(farthest_face(y)) - square(farthest_face(z));
-      const double half = inner > 0.0 ? std::sqrt(inner) : -1.0;
-      int full_begin = first, full_end = first;
-      if (half > 0.5 * h) {
-        while (full_begin <= last && farthest_face(distance(0, full_begin)) > half) ++full_begin;
-        full_end = full_begin;
-        while (full_end <= last && farthest_face(distance(0, full_end)) <= half) ++full_end;
-      }
-      const Real* row = field.row(plane - slabs.first(), row_here - slabs.first_row(), component);
+    for (int k = back; k <= along_z[1]; ++k) {
+      const double z = distance(2, k);
+      if (square(nearest_face(z)) >= disc || !row_here(k)) continue;
+      const Real* row =
+          field.row(plane - slabs.first(), wrapped(2, k) - slabs.first_row(), component);
       // A row through the seam of periodic x is two.
-      for (int begin = first; begin <= last;) {
-        const int there = wrapped(0, begin), end = std::min(last + 1, begin + nx - there);
-        const int full_from = std::clamp(full_begin, begin, end);
-        const int full_to = std::clamp(full_end, full_from, end);
+      for (int begin = left; begin <= along_x[1];) {
+        const int there = wrapped(0, begin), end = std::min(along_x[1] + 1, begin + nx - there);
+        const int blocks = (end - begin + lane_count - 1) / lane_count;
         rows_.push_back({.first = row - origin + there,
                          .share = shares_.size(),
+                         .blocks = blocks,
                          .x = distance(0, begin),
                          .y = y,
-                         .z = z,
-                         .cells = end - begin,
-                         .full_begin = full_from - begin,
-                         .full_end = full_to - begin,
-                         .component = component});
-        for (const auto& [from, to] : {std::pair{begin, full_from}, std::pair{full_to, end}}) {
-          if (from == to) continue;
-          append_volume_shares(radius, h, distance(0, from), y, z, to - from, shares_);
+                         .z = z});
+        shares_.resize(shares_.size() + static_cast<std::size_t>(blocks * lane_count));
+        double* share = &shares_[rows_.back().share];
+        const int at = begin - left;
+        std::array<const double*, 4> lines{line(below_, k) + at, line(below_, k + 1) + at,
+                                           line(above_, k) + at, line(above_, k + 1) + at};
+        for (int b = 0; b < blocks; ++b) {
+          store(share + b * lane_count, volume_shares(lines));
+          for (const double*& phi : lines) phi += lane_count;
         }
+        std::fill(share + (end - begin), share + blocks * lane_count, 0.0);
         begin = end;
       }
     }
   }
-  begin_.push_back(rows_.size());
+  pairs_.push_back({rows_before, rows_.size(), component, {}});
+  pairs_.back().shape = shape_of(pairs_.back());
 }
 
-/// Sums over one row of cells, from which the moments about any of the axes follow.
-struct RowSums {
-  double cells = 0.0, x = 0.0, xx = 0.0;  ///< sum of alpha, alpha x, alpha x^2
-  double u = 0.0, xu = 0.0;               ///< sum of alpha u, alpha x u
-};
-
-/// Adds a row at the constant distances `y`, `z` from the centre.
-inline void add_row(InteriorSums& sums, const RowSums& row, double y, double z, int component) {
-  sums.cells += row.cells;
-  sums.u += row.u;
-  for (const std::size_t d : {0u, 1u}) {
-    const int place = (component + 1 + static_cast<int>(d)) % 3;
-    if (place == 0) {
-      sums.x[d] += row.x;
-      sums.xx[d] += row.xx;
-      sums.xu[d] += row.xu;
-    } else {
-      const double constant = place == 1 ? y : z;
-      sums.x[d] += constant * row.cells;
-      sums.xx[d] += constant * constant * row.cells;
-      sums.xu[d] += constant * row.u;
+inline InteriorSums InteriorCells::shape_of(const Pair& pair) const {
+  Moments first, second;
+  for (std::size_t r = pair.begin; r < pair.end; ++r) {
+    const Row& row = rows_[r];
+    Lanes<double> w{}, xw{}, xxw{}, x = places(row);
+    for (int b = 0; b < row.blocks; ++b, x += lane_count * h_) {
+      const Lanes<double> share =
+          load(&shares_[row.share + static_cast<std::size_t>(b) * lane_count]);
+      w += share;
+      xw += x * share;
+      xxw += x * x * share;
     }
+    first.add_row(w, xw, row.y, row.z);
+    second.add_row(w, xxw, row.y * row.y, row.z * row.z);
   }
+  InteriorSums shape;
+  shape.cells = sum_of(first.all);
+  shape.x = first.across(pair.component);
+  shape.xx = second.across(pair.component);
+  return shape;
 }
 
 template <class Real>
 InteriorSums InteriorCells::sums(std::size_t n, const Field<Real>& velocity) const {
-  InteriorSums total;
-  for (std::size_t r = begin_[n]; r < begin_[n + 1]; ++r) {
+  const Pair& pair = pairs_[n];
+  Moments moments;
+  for (std::size_t r = pair.begin; r < pair.end; ++r) {
     const Row& row = rows_[r];
     const Real* u = velocity.row(0, 0, 0) + row.first;
-    const double* share = shares_.data() + row.share;
-    RowSums sums;
-    const auto partly = [&](int from, int to) {
-      for (int i = from; i < to; ++i) {
-        const double alpha = *share++, x = row.x + h_ * i;
-        const double weighted = alpha * static_cast<double>(u[i]);
-        sums.cells += alpha;
-        sums.x += alpha * x;
-        sums.xx += alpha * x * x;
-        sums.u += weighted;
-        sums.xu += weighted * x;
-      }
-    };
-    partly(0, row.full_begin);
-    partly(row.full_end, row.cells);
-    // sum x and sum x^2 of equally spaced cells about their middle
-    const int count = row.full_end - row.full_begin;
-    const double middle = row.x + h_ * (row.full_begin + 0.5 * (count - 1));
-    sums.cells += count;
-    sums.x += count * middle;
-    sums.xx += count * (middle * middle + h_ * h_ * (double(count) * count - 1.0) / 12.0);
-    double plain = 0.0, lever = 0.0;
-    int i = row.full_begin;
-    if (count >= lane_count) {
-      Lanes<double> values{}, moments{}, place = i + Lanes<double>{0.0, 1.0, 2.0, 3.0};
-      for (; i + lane_count <= row.full_end; i += lane_count, place += lane_count) {
-        const Lanes<double> four = load_double(u + i);
-        values += four;
-        moments += place * four;
-      }
-      plain = sum_of(values);
-      lever = sum_of(moments);
+    const double* share = &shares_[row.share];
+    Lanes<double> w{}, xw{}, x = places(row);
+    for (int b = 0; b < row.blocks;
+         ++b, x += lane_count * h_, u += lane_count, share += lane_count) {
+      const Lanes<double> inside = load(share) * load_double(u);
+      w += inside;
+      xw += x * inside;
     }
-    for (; i < row.full_end; ++i) {
-      const double value = static_cast<double>(u[i]);
-      plain += value;
-      lever += i * value;
-    }
-    sums.u += plain;
-    sums.xu += row.x * plain + h_ * lever;
-    add_row(total, sums, row.y, row.z, row.component);
+    moments.add_row(w, xw, row.y, row.z);
   }
+  InteriorSums total = pair.shape;
+  total.u = sum_of(moments.all);
+  total.xu = moments.across(pair.component);
   return total;
 }
 

@@ -1,9 +1,17 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <span>
+#include <utility>
+#include <vector>
 
+#include "fluid/decomposition.hpp"
 #include "fluid/field.hpp"
+#include "fluid/grid.hpp"
+#include "fluid/sphere.hpp"
 #include "fluid/spheres/marker_list.hpp"
 
 namespace bedload {
@@ -41,6 +49,41 @@ void clear_supports(const MarkerList<Real>& list, std::span<const int> markers,
   const auto plane = static_cast<std::ptrdiff_t>(scratch.plane_size());
   for (const int marker : markers)
     clear(list.stencil[static_cast<std::size_t>(marker)], origin, plane);
+}
+
+/// The same for all markers of a sphere that this rank handles, by whole rows of cells: markers are
+/// so close to each other that clear_supports() would empty each cell several times.
+template <class Real>
+void clear_around(const SphereState& sphere, const Grid& grid, const Decomposition& slabs,
+                  Field<Real>& scratch) {
+  // Two cells beyond the surface, where a wall pushes the support inwards, and half a cell because
+  // points lie on centres or faces.
+  const double half_width = sphere.radius / grid.h + 2.5;
+  const auto middle = [&](int direction) { return sphere.position[direction] / grid.h; };
+  /// Those of the points -1 .. count of a direction, ghosts included, that may be reached.
+  const auto reached = [&](int direction, int first, int count) {
+    const int period = grid.cells[static_cast<std::size_t>(direction)];
+    std::vector<int> points;
+    for (int n = -1; n <= count; ++n) {
+      double way = first + n + 0.75 - middle(direction);
+      if (grid.periodic(direction)) way -= period * std::round(way / period);
+      if (std::abs(way) <= half_width) points.push_back(n);
+    }
+    return points;
+  };
+  // Along x one piece, and where it goes through the seam a second.
+  const int nx = grid.cells[0];
+  const int low = static_cast<int>(std::ceil(middle(0) - half_width - 0.75));
+  const int high = static_cast<int>(std::floor(middle(0) + half_width - 0.75));
+  std::array<std::pair<int, int>, 2> pieces{{{std::max(low, -1), std::min(high, nx)}, {0, -1}}};
+  if (low < 0) pieces[1] = {std::max(nx + low, -1), nx};
+  if (high >= nx) pieces[1] = {-1, std::min(high - nx, nx)};
+  const std::vector<int> rows = reached(2, slabs.first_row(), slabs.rows());
+  for (const int j : reached(1, slabs.first(), scratch.planes()))
+    for (const int k : rows)
+      for (int c = 0; c < scratch.components(); ++c)
+        for (const auto& [from, to] : pieces)
+          std::fill(scratch.row(j, k, c) + from, scratch.row(j, k, c) + to + 1, Real{});
 }
 
 /// volume_l = 1 / (before_l + (J scratch)_l); `before` (for the whole list) may be null.

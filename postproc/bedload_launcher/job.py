@@ -16,11 +16,14 @@ from .scenes import Scene
 
 # Root may run (a container often has no other user); ranks are not bound, since a waiting LIGGGHTS
 # rank sleeps and leaves its core to the fluid; more ranks than cores are allowed for that reason.
+# Messages within a machine go off at once up to 32 kB instead of 4: where rows are divided a plane's
+# messages are that long, and asking the receiver first costs a tenth of the fluid's time.
 MPI_ENVIRONMENT = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     "OMPI_MCA_hwloc_base_binding_policy": "none",
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMPI_MCA_btl_vader_eager_limit": "32768",
 }
 HOSTS = Path("/etc/hosts")
 FORWARDED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1, signal.SIGUSR2)
