@@ -90,11 +90,7 @@ Job::Job(int* argc, char*** argv, Program program) : program_(program) {
   MPI_Comm_split(MPI_COMM_WORLD, mine.program, world_rank, &own_);
   MPI_Comm_rank(own_, &rank_);
   MPI_Comm_size(own_, &size_);
-  MPI_Comm node = MPI_COMM_NULL;
-  MPI_Comm_split_type(own_, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
-  MPI_Comm_size(node, &ranks_here_);
-  MPI_Comm_free(&node);
-  know_each_other(MPI_COMM_WORLD, program, rank_);
+  ranks_here_ = know_each_other(MPI_COMM_WORLD, program, rank_);
   partner_size_ = world_size - size_;
   if (partner_size_ == 0) return;
   int partner_leader = 0;

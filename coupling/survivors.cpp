@@ -93,7 +93,7 @@ void say_that_it_takes_long(int) {
 
 }  // namespace
 
-void know_each_other(MPI_Comm world, Program program, int rank) {
+int know_each_other(MPI_Comm world, Program program, int rank) {
   int size = 1;
   MPI_Comm_size(world, &size);
   Introduction mine{};
@@ -104,16 +104,20 @@ void know_each_other(MPI_Comm world, Program program, int rank) {
   std::vector<Introduction> all(static_cast<std::size_t>(size));
   MPI_Allgather(&mine, sizeof mine, MPI_BYTE, all.data(), sizeof mine, MPI_BYTE, world);
   neighbours.clear();
-  for (const Introduction& other : all)
-    if (other.host == mine.host)
-      neighbours.push_back(
-          {other.process, fmt::format("{}, rank {} (process {}),",
-                                      program_name(static_cast<Program>(other.program)), other.rank,
-                                      other.process)});
+  int of_program = 0;
+  for (const Introduction& other : all) {
+    if (other.host != mine.host) continue;
+    neighbours.push_back(
+        {other.process,
+         fmt::format("{}, rank {} (process {}),", program_name(static_cast<Program>(other.program)),
+                     other.rank, other.process)});
+    if (other.program == mine.program) ++of_program;
+  }
   speaker = program_name(program);
   std::signal(silencing_signal(), [](int) { is_said = 1; });
   // Nobody speaks before all can be told to be silent.
   MPI_Barrier(world);
+  return of_program;
 }
 
 void name_checkpoint(const std::string& folder) {

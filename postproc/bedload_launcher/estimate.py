@@ -71,7 +71,7 @@ def smaller_grids(cells: tuple[int, int, int], most: int = MANY_CELLS) -> list[t
         )
     first = large[-1]
     small = [m for m in sizes(0.6 * volume * (first / unit) ** 3) if m >= first / 2]
-    # A grid that no smaller one matches is tried once: its memory is taken as proportional.
+    # A grid that no smaller one matches is tried alone: all its memory but the program's goes as s^3.
     chosen = [first] + small[-1:]
     return [tuple(n * m // unit for n in cells) for m in chosen]
 
@@ -202,7 +202,7 @@ def estimate(
         try:
             trials.append(run_trial(work))
         except UserError:
-            say("bedload: the scene does not run on that one; its memory is taken as proportional")
+            say("bedload: the scene does not run on that one; the other's memory is scaled by cells")
     return from_trials(cells, trials, longer, program_memory(scene, ranks, overrides, cells))
 
 

@@ -8,7 +8,8 @@ own), `model`, `film` (what stands behind fix lubrication), `collision_steps`.
 import os
 import resource
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,10 +35,21 @@ class PricedRunner(Runner):
 
     def __call__(self, scene, label, settings: Mapping = {}, variables: Mapping = {}):
         run = super().__call__(scene, label, settings, variables)
-        row = (self.folder / label / "price.csv").read_text(encoding="utf-8").split(",")
-        self.core_seconds += float(row[0])
-        self.megabytes = max(self.megabytes, float(row[1]))
+        self._pay(self.folder / label)
         return run
+
+    def _pay(self, out: Path) -> None:
+        """Adds the price of the run in `out`."""
+        spent, megabytes = map(float, (out / "price.csv").read_text(encoding="utf-8").split(","))
+        self.core_seconds += spent
+        self.megabytes = max(self.megabytes, megabytes)
+
+    @contextmanager
+    def unpaid(self) -> Iterator[None]:
+        """What runs inside, a reference say, is no part of the price."""
+        price = self.core_seconds, self.megabytes
+        yield
+        self.core_seconds, self.megabytes = price
 
     def _run(self, line, scene, out: Path) -> float:
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -55,9 +67,7 @@ class PricedRunner(Runner):
             shutil.rmtree(work.out, ignore_errors=True)
             work.out.mkdir(parents=True)
             self._run(work.command(), str(work.scene.folder), work.out)
-        row = (work.out / "price.csv").read_text(encoding="utf-8").split(",")
-        self.core_seconds += float(row[0])
-        self.megabytes = max(self.megabytes, float(row[1]))
+        self._pay(work.out)
         return Run(work.out)
 
 
@@ -68,6 +78,12 @@ def keys_of(settings: Mapping) -> dict:
 
 def overrides(settings: Mapping) -> list[str]:
     return [f"{key}={_toml(value)}" for key, value in keys_of(settings).items()]
+
+
+def contact_settings(settings: Mapping) -> dict[str, str]:
+    """The variable of that name of in.liggghts, where the case sets it."""
+    steps = settings.get("collision_steps")
+    return {"contact_settings": f"collisionSteps {steps}"} if steps is not None else {}
 
 
 # --- The cases --------------------------------------------------------------------------------------
@@ -99,18 +115,15 @@ def settling(runner: PricedRunner, label: str, n: float, settings: dict) -> floa
         )
         return float(u[-1])
 
-    priced = runner.core_seconds, runner.megabytes
-    reference = velocity("settling-reference", SETTLING_REFERENCE, SINGLE)
-    runner.core_seconds, runner.megabytes = priced  # the reference is not this point's price
+    with runner.unpaid():
+        reference = velocity("settling-reference", SETTLING_REFERENCE, SINGLE)
     return velocity(label, int(n), settings) / reference - 1.0
 
 
 def rebound(runner: PricedRunner, label: str, n: float, settings: dict) -> float:
     """First peak after the rebound from a wall, St = 152 (Gondret et al.)."""
     more = keys_of(settings)
-    variables = {"dem_steps": settings.get("coupling.dem_steps", 15)}
-    if "collision_steps" in settings:
-        variables["contact_settings"] = f"collisionSteps {settings['collision_steps']}"
+    variables = {"dem_steps": settings.get("coupling.dem_steps", 15), **contact_settings(settings)}
     for name in ("film", "model"):
         if name in settings:
             variables[name] = settings[name]
@@ -170,27 +183,23 @@ def grains(runner: PricedRunner, label: str, n: float, settings: dict) -> float:
         use = scene
         if more.get("film") == "none":
             if not (folder / "scene").is_dir():
-                use = without_lubrication(scene, folder)
+                without_lubrication(scene, folder)
             use = Scene(folder / "scene")
         values = {
             "grid.cells": [26 * cells, 10 * cells, 13 * cells],
             "time.step": more.get("step", 1.0) * 0.65 / cells, "time.end": GRAINS_TO,
             "output.fields_every": 0.0,
         } | keys_of(more)  # fmt: skip
-        variables = {}
-        if "collision_steps" in more:
-            variables["contact_settings"] = f"collisionSteps {more['collision_steps']}"
         run = runner.run_job(job.Job(use, more.get("model", "actm_hw"), job.Ranks(1, 1), folder / "out",
-                                 overrides(values), variables=variables))  # fmt: skip
+                                 overrides(values), variables=contact_settings(more)))  # fmt: skip
         total, rows = 0.0, 0
         for block in run.sample_blocks(since=GRAINS_FROM):
             total += float(np.sum(block.velocity[:, 0]))
             rows += len(block)
         return total / rows
 
-    priced = runner.core_seconds, runner.megabytes
-    reference = velocity("grains-reference", GRAINS_REFERENCE, {})
-    runner.core_seconds, runner.megabytes = priced
+    with runner.unpaid():
+        reference = velocity("grains-reference", GRAINS_REFERENCE, {})
     return velocity(label, int(n), settings) / reference - 1.0
 
 

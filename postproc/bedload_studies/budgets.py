@@ -87,7 +87,8 @@ class Series:
     """A run step by step: columns of history.csv (m), and the grains' power and number (m).
 
     to_grains: power of the fluid's loads on the grains, buoyancy included; by_weight: that of their weight;
-    by_buoyancy: that of buoyancy; kinetic: the grains' energy at the instants 0 .. m; inside: no grain was ever beyond a wall.
+    by_buoyancy: that of buoyancy; kinetic: the grains' energy at the instants 0 .. m; inside: no grain was
+    ever beyond a wall.
     """
 
     history: dict[str, np.ndarray]
@@ -149,8 +150,8 @@ def energy_shares(s: Series) -> dict[str, float]:
     viscosity: from the velocity field at the end of each step. grains: the loads' work on the grains
     without buoyancy, which is no work of the flow; the kinetic energy of the fluid inside them, which
     goes with them, stays the same but for its first and last value. slip: what the forcing at
-    markers takes beyond it, because the flow before it does not yet move with them. grains and slip are two shares of one number, the forcing's work. projection: what is
-    lost as the forced flow is made free of divergence; the work there of the driving force, as far as it
+    markers takes beyond it, because the flow before it does not yet move with them. grains and slip are two
+    shares of one number, the forcing's work. projection: what is lost as the forced flow is made free of divergence; the work there of the driving force, as far as it
     differs from the step before, the predictor's guess, is none of it. old pressure: what its gradient gives
     back in the predictor, which moves the flow before forcing and projection undo most of that (it takes
     where positive). rest: the error of the time scheme.

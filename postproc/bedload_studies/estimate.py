@@ -83,9 +83,12 @@ def judge(name: str, ranks: job.Ranks) -> list[Judged]:
     model = choose_model(scene, None)
     settings = list(case.settings)
     cells = scene.cells(settings)
-    quiet = lambda text: print(text, file=sys.stderr, flush=True)  # noqa: E731
+
+    def say(text: str) -> None:
+        print(text, file=sys.stderr, flush=True)
+
     found = [
-        predict.estimate(scene, model, ranks, settings, cells, quiet, most)
+        predict.estimate(scene, model, ranks, settings, cells, say, most)
         for most in (predict.MANY_CELLS, int(PART * math.prod(cells)))
     ]
     run = run_trial(job.Job(scene, model, ranks, scene.folder, settings))

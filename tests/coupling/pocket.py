@@ -1,5 +1,7 @@
 """The small scene `pocket` with both real programs: its command line, its checkpoints, its files."""
 
+import csv
+
 import h5py
 import numpy as np
 
@@ -47,20 +49,40 @@ def spoken(output):
 FLOOR = "wall/gran model actm tangential haff_werner primitive type 1 yplane 0.0"
 
 
+def halves(first, second):
+    """Two triangles for each rectangle between two rows of numbers; corners (a, b)."""
+    for a, b in zip(first, first[1:]):
+        for c, d in zip(second, second[1:]):
+            yield (a, c), (a, d), (b, c)
+            yield (b, c), (a, d), (b, d)
+
+
+def write_triangles(file, normal, triangles):
+    """An STL file of triangles given by three corners (x, y, z)."""
+    def words(numbers):
+        return " ".join(str(number) for number in numbers)
+
+    text = [f"facet normal {words(normal)}\nouter loop\n"
+            + "".join(f"vertex {words(corner)}\n" for corner in corners)
+            + "endloop\nendfacet\n" for corners in triangles]  # fmt: skip
+    file.write_text(f"solid {file.stem}\n" + "".join(text) + f"endsolid {file.stem}\n")
+
+
 def with_mesh_floor(text, folder, pieces, height=0.0):
     """The script `text` with the floor of the pocket as a mesh of 2 pieces^2 triangles in `folder`."""
-    def facet(*corners):
-        lines = "".join(f"vertex {x} {height} {z}\n" for x, z in corners)
-        return f"facet normal 0 1 0\nouter loop\n{lines}endloop\nendfacet\n"
-
     along_x, along_z = np.linspace(0.0, 4.0, pieces + 1), np.linspace(0.0, 2.0, pieces + 1)
-    facets = [facet((a, c), (a, d), (b, c)) + facet((b, c), (a, d), (b, d))
-              for a, b in zip(along_x, along_x[1:]) for c, d in zip(along_z, along_z[1:])]
-    (folder / "floor.stl").write_text("solid floor\n" + "".join(facets) + "endsolid floor\n")
+    write_triangles(folder / "floor.stl", (0, 1, 0),
+                    [[(x, height, z) for x, z in half] for half in halves(along_x, along_z)])  # fmt: skip
     assert FLOOR in text
     mesh = FLOOR.replace("primitive type 1 yplane 0.0", "mesh n_meshes 1 meshes cad")
     surface = f"fix cad all mesh/surface file {folder}/floor.stl type 1\n"
     return text.replace(f"fix             floor all {FLOOR}", f"{surface}fix floor all {mesh}")
+
+
+def rows(path):
+    """A table with a head, by names of columns."""
+    with path.open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
 
 
 def numbers(file):

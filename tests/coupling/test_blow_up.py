@@ -2,7 +2,6 @@
 written anywhere, in one sentence that names the step, the place and the last checkpoint, and that
 checkpoint is good."""
 
-import csv
 import math
 import re
 
@@ -11,7 +10,7 @@ import numpy as np
 import pytest
 
 from job import BIN, command, run
-from pocket import SCENE, checkpoint, checkpoints, job, line, spoken
+from pocket import SCENE, checkpoint, checkpoints, job, line, rows, spoken
 
 BUSY = ["--set", "checkpoint.every=0.08", "--set", "output.fields_every=0.02",
         "--set", "statistics.every=1"]  # fmt: skip
@@ -32,8 +31,7 @@ def script(folder, change):
 
 
 def history(out):
-    with (out / "history.csv").open(newline="", encoding="utf-8") as stream:
-        return [{k: float(v) for k, v in row.items()} for row in csv.DictReader(stream)]
+    return [{k: float(v) for k, v in row.items()} for row in rows(out / "history.csv")]
 
 
 def check_written(out):
@@ -117,7 +115,8 @@ def test_grains_that_leave_the_box(tmp_path, ranks):
     out = tmp_path / "out"
     away = script(tmp_path, lambda text: text.replace(
         "coupled_run", "coupled_run steps 13\ndisplace_atoms grains move 0 2 0 units box\ncoupled_run"))
-    check_stop(job(out, *BUSY, script=away, ranks=ranks), out, [r"atom (9|10) at \(.*\) with", "has left the box", "step 14"])
+    check_stop(job(out, *BUSY, script=away, ranks=ranks), out,
+               [r"atom (9|10) at \(.*\) with", "has left the box", "step 14"])  # fmt: skip
 
 
 @pytest.mark.parametrize("coupled", [False, True], ids=["flow alone", "with grains"])

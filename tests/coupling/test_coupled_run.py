@@ -1,6 +1,5 @@
 """Both real programs in one job: a small scene with collisions, on several numbers of ranks."""
 
-import csv
 import re
 
 import h5py
@@ -8,6 +7,7 @@ import numpy as np
 import pytest
 
 from job import BIN, SCENES, command, run
+from pocket import rows
 
 SCENE = SCENES / "pocket"
 LAYOUTS = [(1, 1), (2, 1), (3, 2)]
@@ -32,11 +32,6 @@ def mobile_spheres(folder):
         np.stack([table["step"][order], table["tag"][order]], axis=1),
         np.stack([table[name][order] for name in names], axis=1),
     )
-
-
-def rows(path):
-    with path.open(newline="") as stream:
-        return list(csv.DictReader(stream))
 
 
 @pytest.fixture(scope="module")

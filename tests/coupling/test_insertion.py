@@ -1,11 +1,9 @@
 """Grains that LIGGGHTS inserts and deletes while the flow goes on: both programs count the same ones, and
 what was on its way to a grain that is deleted is booked, no other load is lost."""
 
-import csv
-
 import numpy as np
 import pytest
-from pocket import SCENE, job, numbers
+from pocket import SCENE, halves, job, numbers, rows, write_triangles
 from test_restart_variants import PACK
 
 STEPS = 60
@@ -19,15 +17,9 @@ fix count all print 15 "${grains_now}" file ${out}/count.txt screen no title "gr
 
 def gate(folder):
     """A mesh across the box whose triangles are small enough for its periodic length."""
-    ys, zs = np.linspace(0.05, 2.95, 5), np.linspace(0.0, 2.0, 5)
-    facets = []
-    for low, high in zip(ys, ys[1:]):
-        for back, front in zip(zs, zs[1:]):
-            for corners in (((low, back), (high, back), (low, front)),
-                            ((low, front), (high, back), (high, front))):  # fmt: skip
-                lines = "".join(f"vertex {GATE} {y} {z}\n" for y, z in corners)
-                facets.append(f"facet normal 1 0 0\nouter loop\n{lines}endloop\nendfacet\n")
-    (folder / "gate.stl").write_text("solid gate\n" + "".join(facets) + "endsolid gate\n")
+    heights, depths = np.linspace(0.05, 2.95, 5), np.linspace(0.0, 2.0, 5)
+    write_triangles(folder / "gate.stl", (1, 0, 0),
+                    [[(GATE, y, z) for y, z in half] for half in halves(heights, depths)])  # fmt: skip
     return f"""fix gate all mesh/surface file {folder}/gate.stl type 1
 fix gone grains massflow/mesh mesh gate vec_side 1 0 0 count once delete_atoms yes
 """
@@ -50,9 +42,8 @@ def run(*scene, **changes):
     """history.csv by column, the tags after each step, LIGGGHTS' counts."""
     out, result = start(*scene, **changes)
     assert result.status == 0, result.output
-    with (out / "history.csv").open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    history = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+    table = rows(out / "history.csv")
+    history = {name: np.array([float(row[name]) for row in table]) for name in table[0]}
     spheres = numbers(out / "spheres.h5")
     tags = [set(spheres["mobile/tag"][spheres["mobile/step"] == step]) for step in range(STEPS + 1)]
     counts = [int(line) for line in (out / "count.txt").read_text().split()[1:]]

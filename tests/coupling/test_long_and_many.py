@@ -1,7 +1,6 @@
 """A thousand coupled steps take no more memory than two hundred; several jobs on one machine leave
 each other alone."""
 
-import csv
 import shutil
 import subprocess
 import time
@@ -9,7 +8,7 @@ import time
 import pytest
 
 from job import ENVIRONMENT
-from pocket import job, line, same_numbers
+from pocket import job, line, rows, same_numbers
 
 from bedload_launcher.memory import MemoryWatch
 
@@ -18,10 +17,7 @@ HALF = 20
 
 def last_step(out):
     table = out / "history.csv"
-    if not table.is_file():
-        return 0
-    with table.open(newline="") as stream:
-        return max((int(row["step"]) for row in csv.DictReader(stream)), default=0)
+    return max((int(row["step"]) for row in rows(table)), default=0) if table.is_file() else 0
 
 
 @pytest.mark.parametrize("ranks", [(1, 1)], ids=["1+1"])

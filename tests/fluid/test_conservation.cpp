@@ -288,7 +288,7 @@ TEST(WithSpheres, BudgetAndDivergenceHoldAndFieldsDoNotDependOnTheRanks) {
       Channel<double> parallel(s, MPI_COMM_WORLD, spheres);
       for (int n = 0; n < 3; ++n) {
         advance_in_parts(parallel, 1);
-        if (variant.ends[0] == periodic)  // not followed between x walls
+        if (ends[0] == periodic)  // not followed between x walls
           EXPECT_LT(std::abs(parallel.momentum_residual()), 20 * epsilon<double>());
         EXPECT_LT(parallel.max_divergence(), 2000 * epsilon<double>());
         if (ends[0] == periodic) EXPECT_NEAR(parallel.bulk_velocity(), 1.0, 20 * epsilon<double>());

@@ -70,8 +70,8 @@ def test_only_what_the_grid_lacks(tmp_path):
 
 @pytest.mark.parametrize("d2", [D, D / 4])
 def test_gap_closes_as_it_should(tmp_path, d2):
-    """A film that rules (inertia delays it by m F ζ0/(6πμR²)² < 5e-4 of the gap): exponential approach, R_eff² of the
-    pair, R² at the wall (a sphere of infinite radius). R_eff without the square, or twice the
+    """A film that rules (inertia delays it by m F ζ0/(6πμR²)² < 5e-4 of the gap): exponential approach,
+    R_eff² of the pair, R² at the wall (a sphere of infinite radius). R_eff without the square, or twice the
     force, would be off by more than 30 %."""
     scene = pushed_pair(15, d2=d2)
     r = [D * d2 / (D + d2) / 2, D / 2]

@@ -46,7 +46,8 @@ def project(prefix, tmp_path_factory):
     flags = f"-fsanitize={sanitizers}" if sanitizers else ""
     say(
         "cmake", "-S", HERE, "-B", folder, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}",
-        f"-DCMAKE_CXX_COMPILER={_cached('CMAKE_CXX_COMPILER')}", f"-DCMAKE_CXX_FLAGS={flags}", "-DCMAKE_BUILD_TYPE=Debug",
+        f"-DCMAKE_CXX_COMPILER={_cached('CMAKE_CXX_COMPILER')}", f"-DCMAKE_CXX_FLAGS={flags}",
+        "-DCMAKE_BUILD_TYPE=Debug",
     )  # fmt: skip
     say("cmake", "--build", folder)
     return folder
