@@ -84,28 +84,30 @@ void CoupledRun::run(int narg, char** arg) {
   fluid->check_tags();
   prepare(*fluid);
 
-  const DemSteps dem_steps{side.facts().dem_steps};
-  bool going_on = true;
   moved_ = true;
-  for (; going_on && steps_left > 0; --steps_left) {
-    bool begins = true;
-    for (const int substeps : dem_steps.in_stage) {
-      if (substeps == 0) continue;
-      going_on = next_stage(*fluid);
-      if (!going_on) break;
-      if (begins) {
-        fluid->set_time_step(fluid->stage().fluid_time_step);
-        if (fluid->stage().last != 0 || steps_left == 1) announce_last_step(dem_steps.per_step());
-      }
-      begins = false;
-      update->integrate->run(substeps);
-      fluid->send_motion();
-    }
-    if (going_on) side.count_steps(1);
-  }
+  for (; steps_left > 0 && make_step(*fluid, steps_left == 1); --steps_left) side.count_steps(1);
 
   conclude();
   fluid->allow_run(false);
+}
+
+// The sub-steps of one fluid step, stage by stage; false: the fluid makes no more. `last`: this run
+// ends with it, even where the fluid's does not.
+bool CoupledRun::make_step(FixCoupleFluid& fluid, bool last) {
+  const DemSteps dem_steps{fluid.side().facts().dem_steps};
+  bool begins = true;
+  for (const int substeps : dem_steps.in_stage) {
+    if (substeps == 0) continue;
+    if (!next_stage(fluid)) return false;
+    if (begins) {
+      fluid.set_time_step(fluid.stage().fluid_time_step);
+      if (fluid.stage().last != 0 || last) announce_last_step(dem_steps.per_step());
+    }
+    begins = false;
+    update->integrate->run(substeps);
+    fluid.send_motion();
+  }
+  return true;
 }
 
 // The beginning of LIGGGHTS' own `run`, with an end that is out of reach: nobody knows yet how many

@@ -30,6 +30,7 @@ class CoupledRun : protected LAMMPS_NS::Pointers {
  private:
   void run(int narg, char** arg);
   void prepare(FixCoupleFluid& fluid);
+  bool make_step(FixCoupleFluid& fluid, bool last);
   bool next_stage(FixCoupleFluid& fluid);
   void write_checkpoint(FixCoupleFluid& fluid);
   void rebuild_lists();

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -275,17 +276,25 @@ void FixCoupleFluid::note_tags() {
 }
 
 void FixCoupleFluid::check_tags() const {
-  int renumbered = std::numeric_limits<int>::max();
-  for (int i = 0; i < atom->nlocal; ++i)
-    if (is_mobile(atom->mask[i]) && told_tag(i) != 0.0 && told_tag(i) != atom->tag[i])
-      renumbered = std::min(renumbered, atom->tag[i]);
-  renumbered = reduced(renumbered, MPI_INT, MPI_MIN, world);
-  if (renumbered != std::numeric_limits<int>::max())
+  const auto renumbered = lowest_tag([this](int i) {
+    return is_mobile(atom->mask[i]) && told_tag(i) != 0.0 && told_tag(i) != atom->tag[i];
+  });
+  if (renumbered)
     stop_run(lmp,
              fmt::format("fix couple/fluid: atom {} had another number in the coupled_run before, "
                          "and the fluid knows the spheres by their numbers; delete atoms with "
                          "'delete_atoms ... compress no'",
-                         renumbered));
+                         *renumbered));
+}
+
+template <class Condition>
+std::optional<int> FixCoupleFluid::lowest_tag(Condition holds) const {
+  constexpr int none = std::numeric_limits<int>::max();
+  int lowest = none;
+  for (int i = 0; i < atom->nlocal; ++i)
+    if (holds(i)) lowest = std::min(lowest, atom->tag[i]);
+  lowest = reduced(lowest, MPI_INT, MPI_MIN, world);
+  return lowest == none ? std::nullopt : std::optional(lowest);
 }
 
 // Atoms have changed rank, and fixes have deleted theirs.
@@ -403,17 +412,14 @@ void FixCoupleFluid::shake_hands() {
 // A fixed sphere that something moves would leave its markers behind.
 void FixCoupleFluid::check_atoms() const {
   const Mobility mobility(lmp);
-  int moving = std::numeric_limits<int>::max();
-  for (int i = 0; i < atom->nlocal; ++i)
-    if (is_fixed(atom->mask[i]) && !mobility.held(atom->mask[i]))
-      moving = std::min(moving, atom->tag[i]);
-  moving = reduced(moving, MPI_INT, MPI_MIN, world);
-  if (moving != std::numeric_limits<int>::max())
+  const auto moving =
+      lowest_tag([&](int i) { return is_fixed(atom->mask[i]) && !mobility.held(atom->mask[i]); });
+  if (moving)
     stop_run(lmp,
              fmt::format("fix couple/fluid: atom {} is in the group behind 'fixed' but is moved "
                          "by an integrating fix; freeze it ('fix ID GROUP freeze') or keep the "
                          "integrating fix to the other atoms",
-                         moving));
+                         *moving));
 }
 
 DemFacts FixCoupleFluid::collect_facts() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -94,6 +95,9 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   std::int64_t finished_collisions() const;
   std::vector<StateRecord> states(bool with_fixed) const;
   void check_atoms() const;
+  /// Of all ranks' atoms i for which holds(i). Collective.
+  template <class Condition>
+  std::optional<int> lowest_tag(Condition holds) const;
   bool is_inside(const Vec3& position) const;
 
   DemSide* side_;

@@ -76,15 +76,7 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
   }
   const DerivedNumbers numbers = derive_numbers(settings_);
   const std::int64_t resume_after = resume ? simulation_.channel().step() : -1;
-  if (resume) {
-    for (const auto& [name, rhythm] :
-         {std::pair{"fields_due", &fields_due_}, std::pair{"spheres_due", &spheres_due_}})
-      if (const auto kept = resume->find(name); kept != resume->end()) rhythm->go_on(kept->second);
-    if (const auto kept = resume->find("worst_residual"); kept != resume->end())
-      worst_residual_ = kept->second.at(0);
-    if (const auto kept = resume->find("statistics"); statistics_ && kept != resume->end())
-      statistics_->restore(kept->second);
-  }
+  if (resume) take_from(*resume);
   on_first_rank(comm, [&] { write_settings_file(folder_, settings_, numbers); });
   if (!simulation_.spheres().empty())
     spheres_ = std::make_unique<SphereWriter>(folder_, comm, simulation_.spheres(), resume_after);
@@ -112,6 +104,18 @@ void RunOutput<Real>::put_into(StateExtras& extras) const {
   extras["spheres_due"] = spheres_due_.numbers();
   extras["worst_residual"] = {worst_residual_};
   if (statistics_) extras["statistics"] = statistics_->state();
+}
+
+template <class Real>
+void RunOutput<Real>::take_from(const StateExtras& extras) {
+  const auto take = [&](const char* name, auto use) {
+    if (const auto kept = extras.find(name); kept != extras.end()) use(kept->second);
+  };
+  take("fields_due", [this](const auto& numbers) { fields_due_.go_on(numbers); });
+  take("spheres_due", [this](const auto& numbers) { spheres_due_.go_on(numbers); });
+  take("worst_residual", [this](const auto& numbers) { worst_residual_ = numbers.at(0); });
+  if (statistics_)
+    take("statistics", [this](const auto& numbers) { statistics_->restore(numbers); });
 }
 
 template <class Real>

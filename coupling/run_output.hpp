@@ -72,6 +72,8 @@ class RunOutput {
     std::int64_t rows = 0, steps = 0;
   };
 
+  /// What put_into() has put there.
+  void take_from(const StateExtras& extras);
   FlowView<Real> view() const;
   std::string slip_summary() const;
   std::vector<EffectRow> effects_with_shares(std::span<const TimingRow> times) const;

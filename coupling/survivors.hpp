@@ -13,8 +13,8 @@ namespace bedload {
 /// node says who died and which checkpoint is whole.
 
 /// Every process of `world` learns the process numbers of the others on its node, and stays silent
-/// when one of them ends the job with a sentence of its own. Returns how many processes of `program`
-/// the node has. Collective.
+/// when one of them ends the job with a sentence of its own. Returns how many processes of
+/// `program` the node has. Collective.
 int know_each_other(MPI_Comm world, Program program, int rank);
 
 /// The checkpoint that a last sentence names from here on.

@@ -5,7 +5,6 @@ step with it at the same Courant number, the storage precision and the forcing l
 the scene as its author made it, but for the precision.
 """
 
-import csv
 import math
 import tomllib
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from dataclasses import dataclass
 from .build import ROOT
 from .errors import UserError, unknown
 from .scenes import Scene
+from .words import read_rows
 
 MEASURED = ROOT / "postproc" / "reports" / "accuracy" / "accuracy.csv"
 
@@ -71,6 +71,7 @@ def measured_errors(name: str) -> list[str]:
     """What the kept study found for a preset, one phrase a case; empty before it was ever run."""
     if not MEASURED.is_file():
         return []
-    with MEASURED.open(newline="", encoding="utf-8") as stream:
-        rows = [row for row in csv.DictReader(stream) if row["label"] == f"preset {name}"]
-    return [f"{row['case'].replace('_', ' ')} {100 * float(row['error']):+.1f} %" for row in rows]
+    return [
+        f"{row['case'].replace('_', ' ')} {100 * float(row['error']):+.1f} %"
+        for row in read_rows(MEASURED) if row["label"] == f"preset {name}"
+    ]  # fmt: skip

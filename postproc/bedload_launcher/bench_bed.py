@@ -1,15 +1,14 @@
 """`bedload bench bed`: the coupled time step on the bed that a public code was measured on."""
 
-import csv
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import prod
-from pathlib import Path
 
 from . import job
 from .build import ROOT
 from .scenes import Scene
 from .trial import run_trial
+from .words import read_rows
 
 SCENE = Scene(ROOT / "tests" / "performance" / "bed")
 WARM_UP, STEPS = 70, 40  # steps 70 to 109 count
@@ -47,11 +46,6 @@ BEDS = (
 )
 
 
-def _last_row(out: Path) -> dict[str, str]:
-    with (out / "history.csv").open(newline="", encoding="utf-8") as stream:
-        return list(csv.DictReader(stream))[-1]
-
-
 def measure(bed: Bed, ranks: job.Ranks) -> dict:
     """Runs one bed; seconds per step by part, slip of the projected velocity, memory.
 
@@ -63,7 +57,7 @@ def measure(bed: Bed, ranks: job.Ranks) -> dict:
         bed.warm_up + bed.steps, fluid_options=("--warm-up", str(bed.warm_up)),
         variables=bed.variables,
     )  # fmt: skip
-    trial = run_trial(work, _last_row, bed.warm_up)
+    trial = run_trial(work, lambda out: read_rows(out / "history.csv")[-1], bed.warm_up)
     last = trial.answer
     parts = {
         field: sum(trial.step_parts[name] for name in names)

@@ -10,7 +10,6 @@ the difference of two runs of different length, so that they are exact for a ste
 the fields ask for, messages to other ranks, sums over ranks; and which programs were started.
 """
 
-import csv
 import json
 import re
 import statistics
@@ -23,6 +22,7 @@ from pathlib import Path
 from . import job
 from .build import ROOT
 from .errors import UserError
+from .words import read_rows
 
 SCENE = ROOT / "tests" / "performance" / "effects"
 FIXED = 'spheres.file="spheres.txt"'
@@ -91,10 +91,9 @@ def fluid_seconds(settings: Sequence[str], ranks: int) -> float:
     """Seconds of a step by bedload-fluid, all but what it writes."""
     with tempfile.TemporaryDirectory(prefix="bedload-effects-") as folder:
         run(fluid(STEPS + WARM_UP, Path(folder), settings, WARM_UP), ranks)
-        with (Path(folder) / "timing.csv").open(newline="", encoding="utf-8") as stream:
-            rows = list(csv.DictReader(stream))
+        parts = read_rows(Path(folder) / "timing.csv")
     return sum(
-        float(r["seconds_mean_over_ranks"]) for r in rows if r["part"] not in NOT_A_STEP
+        float(part["seconds_mean_over_ranks"]) for part in parts if part["part"] not in NOT_A_STEP
     ) / STEPS  # fmt: skip
 
 

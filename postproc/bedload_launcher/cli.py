@@ -19,6 +19,7 @@ from .errors import UserError, unknown
 from .machine import available_memory, processors
 from .scenes import DEFAULT, all_scenes, choose_model, find_scene, read_variables
 from .studies import all_studies, run_study
+from .words import say
 
 PYTHON = ["/usr/bin/python3", "-I", "-B"]
 
@@ -130,7 +131,6 @@ def estimate(options: argparse.Namespace) -> int:
     ranks = job.Ranks.parse(options.ranks)
     settings = accuracy.settings_of(options.accuracy, scene, options.set)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
-    say = lambda text: print(text, file=sys.stderr, flush=True)  # noqa: E731
     cost = predict.estimate(scene, model, ranks, settings, scene.cells(settings), say)
     print(predict.describe(cost, ranks, scene.moves_grains, available_memory()))
     errors = accuracy.measured_errors(options.accuracy or "standard")

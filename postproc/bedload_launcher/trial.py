@@ -1,6 +1,5 @@
 """A few steps of a scene in a folder that is thrown away: time per step by part, and peak memory."""
 
-import csv
 import math
 import subprocess
 import tempfile
@@ -13,6 +12,7 @@ from pathlib import Path
 from . import job
 from .errors import UserError
 from .memory import MemoryWatch
+from .words import read_rows
 
 NOT_A_STEP = ("output", "checkpoints", "rest")  # parts of timing.csv that are no part of the scheme
 
@@ -76,12 +76,8 @@ def run_trial(
                 f"a trial of {work.scene.name} ended with status {running.returncode}: {said}"
             )
         settings = tomllib.loads((out / "settings.toml").read_text(encoding="utf-8"))
-        with (out / "timing.csv").open(newline="", encoding="utf-8") as stream:
-            seconds = {
-                row["part"]: float(row["seconds_mean_over_ranks"]) for row in csv.DictReader(stream)
-            }
-        with (out / "history.csv").open(newline="", encoding="utf-8") as stream:
-            last = list(csv.DictReader(stream))[-1]
+        seconds = {row["part"]: float(row["seconds_mean_over_ranks"]) for row in read_rows(out / "timing.csv")}
+        last = read_rows(out / "history.csv")[-1]
         answer = read(out)
     counted = int(last["step"]) - warm_up  # fewer than asked for where the scene is over before
     return Trial(

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from bedload_launcher.errors import unknown
 from bedload_launcher.job import Ranks
+from bedload_launcher.words import read_rows
 
 from .accuracy_cases import CASES, PricedRunner, choices
 from .accuracy_report import write_report
@@ -54,14 +55,13 @@ def front(points: list[Point]) -> set[str]:
 def read_table(file: Path) -> list[Point]:
     if not file.is_file():
         return []
-    with file.open(newline="", encoding="utf-8") as stream:
-        return [
-            Point(
-                row["case"], row["label"], row["knob"], float(row["error"]),
-                float(row["core_seconds"]), float(row["megabytes"]),
-            )
-            for row in csv.DictReader(stream)
-        ]  # fmt: skip
+    return [
+        Point(
+            row["case"], row["label"], row["knob"], float(row["error"]),
+            float(row["core_seconds"]), float(row["megabytes"]),
+        )
+        for row in read_rows(file)
+    ]  # fmt: skip
 
 
 def write_table(file: Path, points: list[Point]) -> None:

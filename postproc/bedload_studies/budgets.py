@@ -151,10 +151,11 @@ def energy_shares(s: Series) -> dict[str, float]:
     without buoyancy, which is no work of the flow; the kinetic energy of the fluid inside them, which
     goes with them, stays the same but for its first and last value. slip: what the forcing at
     markers takes beyond it, because the flow before it does not yet move with them. grains and slip are two
-    shares of one number, the forcing's work. projection: what is lost as the forced flow is made free of divergence; the work there of the driving force, as far as it
-    differs from the step before, the predictor's guess, is none of it. old pressure: what its gradient gives
-    back in the predictor, which moves the flow before forcing and projection undo most of that (it takes
-    where positive). rest: the error of the time scheme.
+    shares of one number, the forcing's work. projection: what is lost as the forced flow is made free of
+    divergence; the work there of the driving force, as far as it differs from the step before, the
+    predictor's guess, is none of it. old pressure: what its gradient gives back in the predictor, which moves
+    the flow before forcing and projection undo most of that (it takes where positive). rest: the error of the
+    time scheme.
     """
     h = {name: values[1:] for name, values in s.history.items()}
     time = float(np.sum(h["dt"]))

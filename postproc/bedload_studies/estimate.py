@@ -8,7 +8,6 @@ mpirun's start to its end. It fails beyond 20 % in time or 10 % in memory; times
 import argparse
 import csv
 import math
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from bedload_launcher import job
 from bedload_launcher.errors import unknown
 from bedload_launcher.scenes import choose_model, find_scene
 from bedload_launcher.trial import run_trial
+from bedload_launcher.words import say
 
 TIME_LIMIT, MEMORY_LIMIT = 0.2, 0.1
 PART = 0.4  # of the scene's cells that the second prediction may try
@@ -83,10 +83,6 @@ def judge(name: str, ranks: job.Ranks) -> list[Judged]:
     model = choose_model(scene, None)
     settings = list(case.settings)
     cells = scene.cells(settings)
-
-    def say(text: str) -> None:
-        print(text, file=sys.stderr, flush=True)
-
     found = [
         predict.estimate(scene, model, ranks, settings, cells, say, most)
         for most in (predict.MANY_CELLS, int(PART * math.prod(cells)))

@@ -18,6 +18,7 @@ from bedload_launcher import job
 from bedload_launcher.errors import unknown
 from bedload_launcher.machine import cores
 from bedload_launcher.scenes import Scene
+from bedload_launcher.words import read_rows
 from bedload_post.outputs import MissingOutput
 
 from .criteria import REFUSED, STOPPED, UNSTABLE, Verdict
@@ -101,14 +102,13 @@ def plan(cases: list[HardCase], quick: bool) -> list[tuple]:
 def read_table(file: Path) -> list[Cell]:
     if not file.is_file():
         return []
-    with file.open(newline="", encoding="utf-8") as stream:
-        return [
-            Cell(
-                row["case"], row["value"], float(row["courant"]), row["precision"], row["verdict"],
-                float(row["number"]), row["words"],
-            )
-            for row in csv.DictReader(stream)
-        ]  # fmt: skip
+    return [
+        Cell(
+            row["case"], row["value"], float(row["courant"]), row["precision"], row["verdict"],
+            float(row["number"]), row["words"],
+        )
+        for row in read_rows(file)
+    ]  # fmt: skip
 
 
 def write_table(file: Path, cells: list[Cell]) -> None:
