@@ -29,6 +29,7 @@
 #include "fluid/settings.hpp"
 #include "fluid/settings_sense.hpp"
 #include "fluid/spheres/sphere_file.hpp"
+#include "fluid/subnormals.hpp"
 
 namespace bedload {
 namespace {
@@ -211,5 +212,6 @@ int run(Job& job, int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace bedload;
+  flush_subnormals();
   return run_program(argc, argv, Program::fluid, [&](Job& job) { return run(job, argc, argv); });
 }

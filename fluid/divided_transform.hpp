@@ -30,7 +30,7 @@ namespace bedload {
 /// for a ghost exchange between predictor and divergence); it comes back as that block's first row.
 ///
 /// The messages of a plane travel while its neighbour is worked on: waiting for them plane by plane
-/// took more than a quarter of the time of a step on two ranks.
+/// took a sixth of a step's time on two ranks.
 template <class Real>
 class DividedTransform final : public PlaneTransform<Real> {
  public:
