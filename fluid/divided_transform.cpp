@@ -1,8 +1,59 @@
 #include "fluid/divided_transform.hpp"
 
 #include <algorithm>
+#include <cstddef>
+
+#include "fluid/independent_loop.hpp"
 
 namespace bedload {
+namespace {
+
+/// a + i b, and back.
+template <class Real>
+void weave(int count, const Real* a, const Real* b, Real* both) {
+  BEDLOAD_INDEPENDENT_LOOP
+  for (int i = 0; i < count; ++i) {
+    both[2 * i] = a[i];
+    both[2 * i + 1] = b[i];
+  }
+}
+template <class Real>
+void unweave(int count, const Real* both, Real* a, Real* b) {
+  BEDLOAD_INDEPENDENT_LOOP
+  for (int i = 0; i < count; ++i) {
+    a[i] = both[2 * i];
+    b[i] = both[2 * i + 1];
+  }
+}
+
+/// From the modes C of a + i b twice those of a and b, number `first` and `count` - 1 that follow:
+/// A_m = C_m + conj C_n-m, B_m = -i (C_m - conj C_n-m); C_n stands behind the last mode.
+template <class Real>
+void take_apart(int n, int first, int count, const Real* both, Real* a, Real* b) {
+  const Real *c = both + 2 * first, *d = both + 2 * (n - first);
+  BEDLOAD_INDEPENDENT_LOOP
+  for (int m = 0; m < count; ++m) {
+    a[2 * m] = c[2 * m] + d[-2 * m];
+    a[2 * m + 1] = c[2 * m + 1] - d[-2 * m + 1];
+    b[2 * m] = c[2 * m + 1] + d[-2 * m + 1];
+    b[2 * m + 1] = d[-2 * m] - c[2 * m];
+  }
+}
+
+/// The reverse: C_m = A + i B, C_n-m = conj A + i conj B.
+template <class Real>
+void put_together(int n, int first, int count, const Real* a, const Real* b, Real* both) {
+  Real *c = both + 2 * first, *d = both + 2 * (n - first);
+  BEDLOAD_INDEPENDENT_LOOP
+  for (int m = 0; m < count; ++m) {
+    d[-2 * m] = a[2 * m] + b[2 * m + 1];
+    d[-2 * m + 1] = b[2 * m] - a[2 * m + 1];
+    c[2 * m] = a[2 * m] - b[2 * m + 1];
+    c[2 * m + 1] = a[2 * m + 1] + b[2 * m];
+  }
+}
+
+}  // namespace
 
 template <class Real>
 DividedTransform<Real>::DividedTransform(const Grid& grid, int component,
@@ -16,9 +67,10 @@ DividedTransform<Real>::DividedTransform(const Grid& grid, int component,
       column_width_(this->periodic_x() ? 2 : 1) {
   const bool half = this->periodic_z() && !this->periodic_x();
   this->shape_modes(1, (half ? all_rows_ / 2 + 1 : all_rows_) * own_columns());
-  // Sine and cosine transforms there and back multiply by twice the cells.
-  this->normalisation_ = 1.0 / (double(nx_) * (this->periodic_x() ? 1.0 : 2.0) * double(all_rows_) *
-                                (this->periodic_z() ? 1.0 : 2.0));
+  // Sine and cosine transforms there and back multiply by twice the cells; along periodic x, too,
+  // because taking rows apart doubles.
+  this->normalisation_ =
+      1.0 / (2.0 * double(nx_) * double(all_rows_) * (this->periodic_z() ? 1.0 : 2.0));
   const int own = static_cast<int>(column_row()), rows = this->nz() + 1;
   int row_offset = 0, column_offset = 0;
   for (int r = 0; r < ranks_; ++r) {
@@ -33,7 +85,8 @@ DividedTransform<Real>::DividedTransform(const Grid& grid, int component,
   }
   all_blocks_.counts = own_columns_.counts;
   first_row_.push_back(all_rows_);
-  line_ = AlignedArray<Real>(static_cast<std::size_t>(nx_) + 2);
+  for (AlignedArray<Real>* line : {&line_, &modes_})
+    *line = AlignedArray<Real>(2 * static_cast<std::size_t>(nx_) + 2);
   columns_ = AlignedArray<Real>(static_cast<std::size_t>(all_rows_) * column_row());
   for (Passage& passage : passages_) {
     passage.rows = AlignedArray<Real>(static_cast<std::size_t>(row_offset));
@@ -51,12 +104,13 @@ template <class Real>
 void DividedTransform<Real>::plan(MPI_Comm comm) {
   using Plan = FourierPlan<Real>;
   AlignedArray<Real> row(this->real_pitch()), modes(this->pitch() * 2);
-  Real *p = row.data(), *l = line_.data(), *c = columns_.data(), *m = modes.data();
+  Real *p = row.data(), *l = line_.data(), *x = modes_.data();
+  Real *c = columns_.data(), *m = modes.data();
   const int own = own_columns(), reals = static_cast<int>(column_row());
   plan_alike<Real>(comm, own, [&] {
     if (this->periodic_x()) {
-      forward_x_ = Plan::to_complex({nx_, 1}, p, l);
-      inverse_x_ = Plan::to_real({nx_, 1}, l, p, false);
+      forward_x_ = Plan::complex({nx_, 1}, l, x, FFTW_FORWARD);
+      inverse_x_ = Plan::complex({nx_, 1}, x, l, FFTW_BACKWARD);
     } else {
       forward_x_ = Plan::real(basis_x_, true, {nx_, 1}, p, l);
       inverse_x_ = Plan::real(basis_x_, false, {nx_, 1}, l, p);
@@ -116,19 +170,40 @@ typename DividedTransform<Real>::Passage& DividedTransform<Real>::next() {
   return passage;
 }
 
+/// Calls use(first mode, modes, their place) for what each rank gets or gives of row k.
+template <class Real>
+template <class Use>
+void DividedTransform<Real>::for_pieces(Passage& passage, int k, Use use) {
+  for (int r = 0; r < ranks_; ++r) {
+    const int first = first_column(r), count = first_column(r + 1) - first;
+    use(first, count,
+        passage.rows.data() + own_rows_.offsets[static_cast<std::size_t>(r)] +
+            static_cast<std::ptrdiff_t>(k) * count * column_width_);
+  }
+}
+
 template <class Real>
 void DividedTransform<Real>::begin_forward(Real* plane) {
   Passage& passage = next();
-  const std::size_t width = static_cast<std::size_t>(column_width_);
-  if (basis_x_ == Basis::faces) line_[static_cast<std::size_t>(nx_) - 1] = Real(0);
-  for (int k = 0; k <= this->nz(); ++k) {
-    forward_x_(plane + this->real_pitch() * static_cast<std::size_t>(k), line_.data());
-    for (int r = 0; r < ranks_; ++r) {
-      const auto first = static_cast<std::size_t>(first_column(r)) * width;
-      const auto count = static_cast<std::size_t>(first_column(r + 1)) * width - first;
-      std::copy_n(&line_[first], count,
-                  passage.rows.data() + own_rows_.offsets[static_cast<std::size_t>(r)] +
-                      static_cast<std::size_t>(k) * count);
+  const int rows = this->nz() + 1;
+  if (this->periodic_x()) {
+    for (int k = 0; k < rows; k += 2) {
+      const int to_partner = k + 1 < rows ? 1 : 0;  // the last of an odd number is its own
+      const Real* row = real_row(plane, k);
+      weave(nx_, row, real_row(plane, k + to_partner), line_.data());
+      forward_x_(line_.data(), modes_.data());
+      std::copy_n(modes_.data(), 2, &modes_[2 * static_cast<std::size_t>(nx_)]);
+      for_pieces(passage, k, [&](int first, int count, Real* place) {
+        take_apart(nx_, first, count, modes_.data(), place, place + to_partner * 2 * count);
+      });
+    }
+  } else {
+    if (basis_x_ == Basis::faces) line_[static_cast<std::size_t>(nx_) - 1] = Real(0);
+    for (int k = 0; k < rows; ++k) {
+      forward_x_(real_row(plane, k), line_.data());
+      for_pieces(passage, k, [&](int first, int count, Real* place) {
+        std::copy_n(line_.data() + first, count, place);
+      });
     }
   }
   start(passage, passage.rows.data(), own_rows_, passage.columns.data(), own_columns_);
@@ -190,16 +265,23 @@ void DividedTransform<Real>::end_inverse(Real* plane) {
   Passage& passage = oldest();
   finish(passage.coming);
   ++ended_;
-  const std::size_t width = static_cast<std::size_t>(column_width_);
-  for (int k = 0; k <= this->nz(); ++k) {
-    for (int r = 0; r < ranks_; ++r) {
-      const auto first = static_cast<std::size_t>(first_column(r)) * width;
-      const auto count = static_cast<std::size_t>(first_column(r + 1)) * width - first;
-      std::copy_n(passage.rows.data() + own_rows_.offsets[static_cast<std::size_t>(r)] +
-                      static_cast<std::size_t>(k) * count,
-                  count, &line_[first]);
+  const int rows = this->nz() + 1;
+  if (this->periodic_x()) {
+    for (int k = 0; k < rows; k += 2) {
+      const int to_partner = k + 1 < rows ? 1 : 0;
+      for_pieces(passage, k, [&](int first, int count, const Real* place) {
+        put_together(nx_, first, count, place, place + to_partner * 2 * count, modes_.data());
+      });
+      inverse_x_(modes_.data(), line_.data());
+      unweave(nx_, line_.data(), real_row(plane, k), real_row(plane, k + to_partner));
     }
-    Real* row = plane + this->real_pitch() * static_cast<std::size_t>(k);
+    return;
+  }
+  for (int k = 0; k < rows; ++k) {
+    for_pieces(passage, k, [&](int first, int count, const Real* place) {
+      std::copy_n(place, count, line_.data() + first);
+    });
+    Real* row = real_row(plane, k);
     if (basis_x_ == Basis::faces) row[nx_ - 1] = Real(0);
     inverse_x_(line_.data(), row);
   }
@@ -207,7 +289,7 @@ void DividedTransform<Real>::end_inverse(Real* plane) {
 
 template <class Real>
 std::size_t DividedTransform<Real>::bytes() const {
-  std::size_t values = line_.size() + columns_.size();
+  std::size_t values = line_.size() + modes_.size() + columns_.size();
   for (const Passage& passage : passages_) values += passage.rows.size() + passage.columns.size();
   return sizeof(Real) * values;
 }

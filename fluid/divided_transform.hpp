@@ -29,6 +29,9 @@ namespace bedload {
 /// to the first row of the block in front (its own flux through their common face: so nobody waits
 /// for a ghost exchange between predictor and divergence); it comes back as that block's first row.
 ///
+/// Periodic x takes complex transforms only, two rows at a time as real and imaginary parts: FFTW's
+/// real ones gain little from vector registers.
+///
 /// The messages of a plane travel while its neighbour is worked on: waiting for them plane by plane
 /// took a sixth of a step's time on two ranks.
 template <class Real>
@@ -65,6 +68,11 @@ class DividedTransform final : public PlaneTransform<Real> {
   struct Layout {
     std::vector<int> counts, offsets;
   };
+  template <class Use>
+  void for_pieces(Passage& passage, int k, Use use);
+  Real* real_row(Real* plane, int k) const {
+    return plane + this->real_pitch() * static_cast<std::size_t>(k);
+  }
   void start(Passage& passage, const Real* from, const Layout& leaving, Real* to,
              const Layout& coming);
   static void finish(std::vector<MPI_Request>& requests);
@@ -80,7 +88,8 @@ class DividedTransform final : public PlaneTransform<Real> {
   Layout own_rows_;             ///< messages at the rows' end
   Layout own_columns_;          ///< at the columns' end, forwards
   Layout all_blocks_;           ///< the same, backwards: the blocks overlap
-  AlignedArray<Real> line_;     ///< one row of x modes
+  AlignedArray<Real> line_;     ///< one row of x modes, or two rows as complex numbers ...
+  AlignedArray<Real> modes_;    ///< ... and their modes, the first one again behind the last
   AlignedArray<Real> columns_;  ///< own columns, row after row
   std::array<Passage, 2> passages_;
   std::uint64_t begun_ = 0, ended_ = 0;

@@ -23,7 +23,7 @@ struct FftwShape {
 };
 
 /// FFTW's two precisions under one name. Planned by measuring: FFTW's guess is up to 2.5 times
-/// slower (192 points). Inputs that are not outputs are kept, unless a plan says otherwise.
+/// slower (192 points). Inputs that are not outputs are kept.
 template <class Real>
 struct Fftw;
 
@@ -33,7 +33,6 @@ struct Fftw;
     using Plan = name##_plan;                                                                      \
     using Complex = name##_complex;                                                                \
     static constexpr unsigned flags = FFTW_MEASURE | FFTW_PRESERVE_INPUT;                          \
-    static constexpr unsigned lossy = FFTW_MEASURE | FFTW_DESTROY_INPUT;                           \
     static Plan complex(FftwShape s, Complex* in, Complex* out, int sign) {                        \
       return name##_plan_many_dft(1, &s.n, s.howmany, in, nullptr, s.stride, s.distance, out,      \
                                   nullptr, s.stride, s.distance, sign, flags);                     \
@@ -46,9 +45,9 @@ struct Fftw;
       return name##_plan_many_dft_r2c(1, &s.n, s.howmany, in, nullptr, s.stride, s.distance, out,  \
                                       nullptr, s.stride, s.distance, flags);                       \
     }                                                                                              \
-    static Plan to_real(FftwShape s, Complex* in, Real* out, bool keep) {                          \
+    static Plan to_real(FftwShape s, Complex* in, Real* out) {                                     \
       return name##_plan_many_dft_c2r(1, &s.n, s.howmany, in, nullptr, s.stride, s.distance, out,  \
-                                      nullptr, s.stride, s.distance, keep ? flags : lossy);        \
+                                      nullptr, s.stride, s.distance, flags);                       \
     }                                                                                              \
     static void run_complex(Plan p, Complex* in, Complex* out) { name##_execute_dft(p, in, out); } \
     static void run_real(Plan p, Real* in, Real* out) { name##_execute_r2r(p, in, out); }          \
@@ -154,9 +153,8 @@ class FourierPlan {
   static FourierPlan to_complex(FftwShape shape, Real* in, Real* out) {
     return {Library::to_complex(shape, in, pairs(out)), Kind::to_complex};
   }
-  /// Where `in` need not be kept the way back is half as long again faster: no copy of it is made.
-  static FourierPlan to_real(FftwShape shape, Real* in, Real* out, bool keep = true) {
-    return {Library::to_real(shape, pairs(in), out, keep), Kind::to_real};
+  static FourierPlan to_real(FftwShape shape, Real* in, Real* out) {
+    return {Library::to_real(shape, pairs(in), out), Kind::to_real};
   }
 
   void operator()(Real* in, Real* out) const {

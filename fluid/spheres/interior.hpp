@@ -28,33 +28,43 @@ struct InteriorSums {
 };
 inline constexpr std::size_t interior_numbers = sizeof(InteriorSums) / sizeof(double);
 
-/// phi_i = sqrt(across + x_squared_i) - radius: distances from a sphere's surface along x. `count`
-/// is a multiple of 8.
-inline void surface_distances(std::size_t count, double across, double radius,
-                              const double* x_squared, double* phi) {
-  using Eight = Eigen::Array<double, 8, 1>;
-  for (std::size_t i = 0; i < count; i += 8)
-    Eigen::Map<Eight>(phi + i) = (across + Eigen::Map<const Eight>(x_squared + i)).sqrt() - radius;
-}
+/// Corners of cells along x, an edge of a row of cells each: the distance phi = |x - x_p| - R of
+/// each corner from a sphere's surface, and of two edges, one above the other, the sums of phi and
+/// |phi|.
+struct CornerLines {
+  std::size_t width = 0;  ///< corners of an edge, a multiple of 8
+  std::vector<double> x_squared, phi, sum, size;
 
-/// The eight-corner share of cells inside a sphere (Kempe and Froehlich, J. Comput. Phys. 231
-/// (2012), eq. 32), phi = |x - x_p| - R at the corners:
-///
-///   alpha = sum_m -phi_m H(-phi_m) / sum_m |phi_m| = (1 - sum_m phi_m / sum_m |phi_m|)/2,
-///
-/// H the Heaviside function. Here of `lane_count` cells of a row; `lines` are the values of phi
-/// along the row's four edges, from the first cell's lower corner on.
-[[gnu::always_inline]] inline Lanes<double> volume_shares(
-    const std::array<const double*, 4>& lines) {
-  Lanes<double> sum{}, size{};
-  for (const double* line : lines)
-    for (const int end : {0, 1}) {
-      const Lanes<double> phi = load(line + end);
-      sum += phi;
-      size += phi < 0.0 ? -phi : phi;
+  void resize(std::size_t corners, std::size_t lines) {
+    width = (corners + 7) / 8 * 8;
+    x_squared.resize(width);
+    for (std::vector<double>* of_lines : {&phi, &sum, &size}) of_lines->resize(lines * width);
+  }
+  /// Goes on to the edge above; `across` = y^2 + z^2 there.
+  void rise(std::size_t line, double across, double radius) {
+    using Eight = Eigen::Array<double, 8, 1>;
+    for (std::size_t i = 0, n = line * width; i < width; i += 8, n += 8) {
+      Eigen::Map<Eight> here(&phi[n]), both(&sum[n]), sizes(&size[n]);
+      const Eight above = (across + Eigen::Map<const Eight>(&x_squared[i])).sqrt() - radius;
+      both = here + above;
+      sizes = here.abs() + above.abs();
+      here = above;
     }
-  return 0.5 - 0.5 * sum / size;
-}
+  }
+  /// Shares of `lane_count` cells of a row, the edges `line` and `line + 1`, from corner `first` on
+  /// (Kempe and Froehlich, J. Comput. Phys. 231 (2012), eq. 32, over a cell's eight corners):
+  ///
+  ///   alpha = sum_m -phi_m H(-phi_m) / sum_m |phi_m| = (1 - sum_m phi_m / sum_m |phi_m|)/2,
+  ///
+  /// H the Heaviside function.
+  [[gnu::always_inline]] Lanes<double> shares(std::size_t line, std::size_t first) const {
+    const auto of_cells = [&](const std::vector<double>& of_lines) __attribute__((always_inline)) {
+      const double *back = &of_lines[line * width + first], *front = back + width;
+      return (load(back) + load(back + 1)) + (load(front) + load(front + 1));
+    };
+    return 0.5 - 0.5 * of_cells(sum) / of_cells(size);
+  }
+};
 
 /// The cells of the velocity components inside spheres that lie in this block, with their shares:
 /// found once for a place of the spheres, summed over as often as wanted.
@@ -116,8 +126,7 @@ class InteriorCells {
   std::vector<Row> rows_;
   std::vector<double> shares_;
   std::vector<Pair> pairs_;
-  // phi on the lines of corners below and above a plane of cells, line after line; x^2 of a line
-  std::vector<double> below_, above_, x_squared_;
+  CornerLines corners_;
 };
 
 template <class Real>
@@ -152,37 +161,33 @@ void InteriorCells::add(const Field<Real>& field, const Grid& grid, const Decomp
   const std::array<int, 2> along_x = cells_within(0), along_z = cells_within(2);
   const int left = along_x[0], right = std::max(along_x[1], left);
   const int back = along_z[0], front = std::max(along_z[1], back);
-  const auto width = static_cast<std::size_t>((right - left + 2 + lane_count + 7) / 8 * 8);
-  x_squared_.resize(width);
-  for (std::size_t i = 0; i < width; ++i)
-    x_squared_[i] = square(lower(0, left + static_cast<int>(i)));
-  for (std::vector<double>* lines : {&below_, &above_})
-    lines->resize(width * static_cast<std::size_t>(front - back + 2));
-  const auto line = [&](std::vector<double>& lines, int k) {
-    return lines.data() + static_cast<std::size_t>(k - back) * width;
-  };
+  corners_.resize(static_cast<std::size_t>(right - left + 2 + lane_count),
+                  static_cast<std::size_t>(front - back + 2));
+  for (std::size_t i = 0; i < corners_.width; ++i)
+    corners_.x_squared[i] = square(lower(0, left + static_cast<int>(i)));
+  const auto line = [back](int k) { return static_cast<std::size_t>(k - back); };
   const auto row_here = [&](int k) { return slabs.holds_row(wrapped(2, k)); };
-  const auto find_corners = [&](std::vector<double>& lines, int j) {
+  const auto rise_to = [&](int j) {
     for (int k = back; k <= front + 1; ++k) {
       const double across = square(lower(1, j)) + square(lower(2, k));
       // Only corners of cells that may be inside, and here.
       if (across > square(radius + 1.5 * h) || !(row_here(k - 1) || row_here(k))) continue;
-      surface_distances(width, across, radius, x_squared_.data(), line(lines, k));
+      corners_.rise(line(k), across, radius);
     }
   };
 
   const int nx = grid.cells[0];
   const Real* origin = field.row(0, 0, 0);
   const std::size_t rows_before = rows_.size();
-  bool corners_below = false;
+  bool have_below = false;
   const auto [first_plane, last_plane] = cells_within(1);
-  for (int j = first_plane; j <= last_plane; ++j, below_.swap(above_)) {
+  for (int j = first_plane; j <= last_plane; ++j) {
     const int plane = wrapped(1, j);
     const bool here = slabs.holds_plane(plane);
-    if (here && !corners_below) find_corners(below_, j);
-    corners_below = here;
+    if (here && !have_below) rise_to(j);
+    have_below = here;
     if (!here) continue;
-    find_corners(above_, j + 1);
+    rise_to(j + 1);
     const double y = distance(1, j), disc = square(radius) - square(nearest_face(y));
     for (int k = back; k <= along_z[1]; ++k) {
       const double z = distance(2, k);
@@ -201,13 +206,9 @@ void InteriorCells::add(const Field<Real>& field, const Grid& grid, const Decomp
                          .z = z});
         shares_.resize(shares_.size() + static_cast<std::size_t>(blocks * lane_count));
         double* share = &shares_[rows_.back().share];
-        const int at = begin - left;
-        std::array<const double*, 4> lines{line(below_, k) + at, line(below_, k + 1) + at,
-                                           line(above_, k) + at, line(above_, k + 1) + at};
-        for (int b = 0; b < blocks; ++b) {
-          store(share + b * lane_count, volume_shares(lines));
-          for (const double*& phi : lines) phi += lane_count;
-        }
+        for (int b = 0; b < blocks; ++b)
+          store(share + b * lane_count,
+                corners_.shares(line(k), static_cast<std::size_t>(begin - left + b * lane_count)));
         std::fill(share + (end - begin), share + blocks * lane_count, 0.0);
         begin = end;
       }
