@@ -211,7 +211,7 @@ std::vector<PhaseRow> RunOutput<Real>::phases() const {
                     {.cells = channel.grid().cell_count(),
                      .stages = 3.0 * static_cast<double>(channel.step() - first_step_),
                      .real_bytes = sizeof(Real),
-                     .old_pressure = !simulation_.spheres().empty(),
+                     .old_pressure = channel.immersed_boundary() != nullptr,
                      .implicit_diffusion = diffusion_is_implicit(settings_, channel.grid())},
                     channel.comm());
 }

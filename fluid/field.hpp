@@ -47,33 +47,39 @@ struct Extent {
   int planes, rows;
 };
 
-/// Values on a block of y planes and z rows, with one ghost layer all around.
+/// Of a block's planes and rows: one layer all around, or none along y and z.
+enum class Ghosts { around, none };
+
+/// Values on a block of y planes and z rows, with one ghost layer all around unless told.
 ///
 /// Storage from slowest to fastest: plane j, row k, component c, x. A row starts on a cache line
 /// and ends with a pad that holds its own upper x ghost and the next row's lower one: row(j, k,
 /// c)[i] is valid for i = -1 .. nx. Planes and rows are local, j = -1 .. planes. Rows k = -1 .. nz
 /// go through a table: where periodic z is not divided the ghost rows are the opposite rows
 /// themselves, otherwise they have storage of their own. One whole plane is one contiguous block,
-/// so that its message needs no packing.
+/// so that its message needs no packing. Without ghosts planes -1 and `planes` do not exist, and
+/// rows -1 and nz are the opposite rows.
 template <class Real>
 class Field {
  public:
   /// `spare_planes` of storage below plane -1 let relabel() move the planes.
-  Field(const Grid& grid, Extent extent, int components, int spare_planes = 0)
+  Field(const Grid& grid, Extent extent, int components, int spare_planes = 0,
+        Ghosts ghosts = Ghosts::around)
       : nx_(grid.cells[0]), nz_(extent.rows), planes_(extent.planes), components_(components) {
     constexpr std::size_t lane = cache_line / sizeof(Real);
     stride_ = (static_cast<std::size_t>(nx_) + 2 + lane - 1) / lane * lane;
     row_stride_ = stride_ * static_cast<std::size_t>(components);
-    const bool wrapped = grid.periodic(2) && nz_ == grid.cells[2];
+    const bool around = ghosts == Ghosts::around;
+    const bool wrapped = !around || (grid.periodic(2) && nz_ == grid.cells[2]);
     const int stored_rows = wrapped ? nz_ : nz_ + 2;
     plane_stride_ = row_stride_ * static_cast<std::size_t>(stored_rows);
     for (int k = -1; k <= nz_; ++k) {
       const int stored = wrapped ? (k + nz_) % nz_ : k + 1;
       rows_.push_back(static_cast<std::size_t>(stored) * row_stride_);
     }
-    data_ = AlignedArray<Real>(lane + plane_stride_ *
-                                          static_cast<std::size_t>(planes_ + 2 + spare_planes));
-    first_ = lane + plane_stride_ * static_cast<std::size_t>(spare_planes);
+    data_ = AlignedArray<Real>(
+        lane + plane_stride_ * static_cast<std::size_t>(planes_ + spare_planes + (around ? 2 : 0)));
+    first_ = lane + plane_stride_ * static_cast<std::size_t>(spare_planes + (around ? 1 : 0));
   }
 
   int nx() const { return nx_; }
@@ -114,7 +120,7 @@ class Field {
  private:
   std::size_t plane_offset(int j) const {
     assert(j >= -1 && j <= planes_);
-    return first_ + static_cast<std::size_t>(j + 1) * plane_stride_;
+    return j < 0 ? first_ - plane_stride_ : first_ + static_cast<std::size_t>(j) * plane_stride_;
   }
   std::size_t offset(int j, int k, int c) const {
     assert(k >= -1 && k <= nz_ && c >= 0 && c < components_);
@@ -123,7 +129,8 @@ class Field {
   }
 
   int nx_, nz_, planes_, components_;
-  std::size_t stride_ = 0, row_stride_ = 0, plane_stride_ = 0, first_ = 0;
+  std::size_t stride_ = 0, row_stride_ = 0, plane_stride_ = 0;
+  std::size_t first_ = 0;  // place of plane 0
   std::vector<std::size_t> rows_;
   AlignedArray<Real> data_;
 };

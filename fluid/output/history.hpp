@@ -29,8 +29,7 @@ struct HistoryRow {
   double slip_rms = 0.0;           ///< [L/T]
   std::int64_t forcing_loops = 0;  ///< of the last stage
   std::int64_t mobile_spheres = 0;
-  double momentum_residual =
-      0.0;  ///< largest so far, relative: zero to round-off; NaN: not followed
+  double momentum_residual = 0.0;  ///< largest since the row before, relative; NaN: not followed
 };
 
 template <class T>

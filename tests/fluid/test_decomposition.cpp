@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 
 #include "fluid/decomposition.hpp"
@@ -116,6 +117,27 @@ TEST(FieldLayout, RelabelMovesPlanesWithoutTouchingThem) {
   field.relabel(-1);
   EXPECT_EQ(field.row(1, 2, 1)[3], 5.0f);
   EXPECT_EQ(reinterpret_cast<std::uintptr_t>(field.row(0, 0, 0)) % cache_line, 0u);
+}
+
+TEST(FieldLayout, WithoutGhostsHoldsItsOwnRowsOnly) {
+  const Grid grid = small_grid(Wall::no_slip);
+  const int rows = grid.cells[2] / 2;  // of two blocks along z
+  Field<float> field(grid, {3, rows}, 2, 0, Ghosts::none);
+  const Field<float> with_ghosts(grid, {3, rows}, 2);
+  const std::size_t lane = cache_line / sizeof(float);
+  EXPECT_EQ(field.component_stride(), with_ghosts.component_stride());
+  EXPECT_EQ(field.bytes(), sizeof(float) * (lane + 3 * field.plane_size()));
+  EXPECT_EQ(field.plane_size(), static_cast<std::size_t>(rows) * field.row_size());
+  const auto label = [](int j, int k, int c) { return static_cast<float>(100 * j + 10 * k + c); };
+  for (int j = 0; j < 3; ++j)
+    for (int k = 0; k < rows; ++k)
+      for (int c = 0; c < 2; ++c) std::fill_n(field.row(j, k, c), grid.cells[0], label(j, k, c));
+  for (int j = 0; j < 3; ++j)
+    for (int k = 0; k < rows; ++k)
+      for (int c = 0; c < 2; ++c)
+        EXPECT_EQ(
+            std::count(field.row(j, k, c), field.row(j, k, c) + grid.cells[0], label(j, k, c)),
+            grid.cells[0]);
 }
 
 const Grid bed_grid{.cells = {16, 20, 16},
