@@ -7,9 +7,8 @@
 namespace bedload {
 
 /// From here on this thread's results too small for a normal number (1e-38 in single precision) are
-/// zero. The elimination of a flow that is still at rest somewhere fades through such numbers,
-/// which take the processor a hundred times as long: the first steps in single precision took ten
-/// times as long as later ones.
+/// zero. The elimination of a flow that is still at rest somewhere fades through such numbers, with
+/// which the processor is slower by far.
 inline void flush_subnormals() {
 #ifdef __SSE__
   constexpr unsigned results_to_zero = 0x8000, operands_to_zero = 0x0040;
