@@ -11,6 +11,11 @@ BIN = Path(os.environ["BEDLOAD_BIN"])
 SCENES = Path(__file__).parent / "scenes"
 LAYOUTS = [(1, 1), (2, 1), (1, 2), (2, 2), (3, 2)]  # fluid ranks, LIGGGHTS ranks
 
+# A job with a mistake or a dead rank is over two seconds later at most, start included, and all its
+# processes with it; one that does not end itself hangs for ever. In between lies room for slow machines.
+LIMIT = 30.0
+START = 120.0  # for a job to come to where it is disturbed
+
 # As the launcher sets it: root may run, ranks are not bound, more ranks than cores are allowed.
 ENVIRONMENT = os.environ | {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
