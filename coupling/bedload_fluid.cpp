@@ -53,20 +53,19 @@ FluidFacts facts_of(const Settings& s, const Resumption* from) {
 /// The spheres of a run without LIGGGHTS, which stay where they are.
 std::vector<SphereState> spheres_of(const Settings& s) {
   if (s.spheres.file.empty()) return {};
-  const auto file = std::filesystem::path(s.file).parent_path() / s.spheres.file;
-  return read_spheres(file.string(), make_grid(s));
+  return read_spheres(s.beside(s.spheres.file), make_grid(s));
 }
 
 /// A scene that has a LIGGGHTS script is without its grains only for somebody who says so.
 void check_partner(const Settings& s, const FluidOptions& options) {
-  const auto script = std::filesystem::path(s.file).parent_path() / "in.liggghts";
+  const std::string script = s.beside("in.liggghts");
   std::error_code error;
   if (options.without_grains || !s.spheres.file.empty() || !std::filesystem::exists(script, error))
     return;
   throw UserError(fmt::format(
       "{}: the scene has grains ({}), but bedload-dem is not in the job; start both, mpirun -np N "
       "bedload-fluid {} : -np M bedload-dem -in {}, or the flow alone with --without-grains.",
-      s.file, script.filename().string(), s.file, script.string()));
+      s.file, "in.liggghts", s.file, script));
 }
 
 /// A grid that cannot fit is refused before the machine is brought to a halt.
@@ -85,9 +84,9 @@ void check_memory(const Settings& s, const Job& job) {
 template <class Real>
 void start_from_state(Channel<Real>& channel) {
   const Settings& s = channel.settings();
-  const auto file = std::filesystem::path(s.file).parent_path() / s.start.file;
-  const StateRead state = read_state(file.string(), channel.grid(), channel.decomposition(),
-                                     channel.velocity_to_restore(), channel.pressure_to_restore());
+  const StateRead state =
+      read_state(s.beside(s.start.file), channel.grid(), channel.decomposition(),
+                 channel.velocity_to_restore(), channel.pressure_to_restore());
   channel.restored(0.0, 0, state.header.driving, state.interpolated);
 }
 

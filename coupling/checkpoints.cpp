@@ -147,6 +147,12 @@ void check_scene(const Resumption& from, const Settings& settings) {
   for (std::size_t d = 0; d < 3; ++d)
     if (std::abs(from.header.length[d] - settings.grid.length[d]) > 1e-9 * settings.grid.length[d])
       refuse("grid.length", from.header.length, settings.grid.length);
+  if (!same_cells(from.header, make_grid(settings)))
+    throw UserError(fmt::format(
+        "{}: its planes have other heights than 'grid.y_stretching' and 'grid.y_uniform' of {} "
+        "give; "
+        "a run goes on with the same, and another one starts from this flow with 'start.file'.",
+        from.place.fluid(), settings.file));
 }
 
 template <class Real>

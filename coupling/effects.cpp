@@ -61,7 +61,7 @@ bool has_gravity(const Settings& s) {
 
 std::vector<EffectRow> effects_of(const Settings& s, std::span<const SphereState> spheres,
                                   const Acquaintance* dem) {
-  const bool convection = s.fluid.convection != Switch::off;
+  const bool convection = s.fluid.convection;
   std::vector<EffectRow> rows{
       row("convection", convection,
           convection ? "the flow has inertia" : "fluid.convection is \"off\""),

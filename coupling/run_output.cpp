@@ -123,7 +123,7 @@ void RunOutput<Real>::take_statistics() {
   const Channel<Real>& channel = simulation_.channel();
   const int every = settings_.statistics.every;
   if (channel.step() % every == 0 && channel.time() >= settings_.statistics.from)
-    statistics_->sample(view(), simulation_.spheres(), every * channel.last_time_step());
+    statistics_->sample(view_of(channel), simulation_.spheres(), every * channel.last_time_step());
 }
 
 template <class Real>
@@ -138,7 +138,7 @@ void RunOutput<Real>::after_step() {
     if (spheres_due_.due(channel.time(), channel.time_step())) write_spheres();
     if (settings_.output.fields_every > 0.0 &&
         fields_due_.due(channel.time(), channel.time_step())) {
-      fields_.write(view());
+      fields_.write(view_of(channel));
       fields_step_ = channel.step();
     }
     if (first_rank_) progress_->update(progress_state());
@@ -152,7 +152,8 @@ void RunOutput<Real>::finish(const std::string& time_line, const std::string& st
   FlowStatistics flow;
   simulation_.timing().measure(phase_, [&] {
     if (history_step_ != simulation_.channel().step()) write_history();
-    if (fields_step_ != simulation_.channel().step()) fields_.write(view());
+    if (fields_step_ != simulation_.channel().step())
+      fields_.write(view_of(std::as_const(simulation_).channel()));
     if (statistics_ && statistics_->samples() > 0) {
       flow = statistics_->result();
       on_first_rank(comm, [&] { write_statistics(folder_, flow); });
@@ -214,13 +215,6 @@ std::vector<PhaseRow> RunOutput<Real>::phases() const {
                      .old_pressure = channel.immersed_boundary() != nullptr,
                      .implicit_diffusion = diffusion_is_implicit(settings_, channel.grid())},
                     channel.comm());
-}
-
-template <class Real>
-FlowView<Real> RunOutput<Real>::view() const {
-  const Channel<Real>& channel = simulation_.channel();
-  return {channel.grid(), channel.decomposition(), channel.velocity(),     channel.pressure(),
-          channel.time(), channel.step(),          channel.driving_force()};
 }
 
 template <class Real>

@@ -74,7 +74,6 @@ class RunOutput {
 
   /// What put_into() has put there.
   void take_from(const StateExtras& extras);
-  FlowView<Real> view() const;
   std::string slip_summary() const;
   std::vector<EffectRow> effects_with_shares(std::span<const TimingRow> times) const;
   HistoryRow history_row() const;

@@ -55,8 +55,7 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
     diffusion_.reserve(3);
     for (int c = 0; c < 3; ++c) diffusion_.emplace_back(grid_, slabs_, c, forth_);
   }
-  if (settings_.flow.driving == Driving::pressure_gradient)
-    driving_ = settings_.flow.pressure_gradient / settings_.fluid.density;
+  set_driving(0.0);
   write_start_field(velocity_, settings_, grid_, slabs_);
   project_start_field();
   if (settings_.flow.driving == Driving::bulk_velocity) {
@@ -159,7 +158,7 @@ void Channel<Real>::finish_step() {
   time_ += dt_;
   dt_made_ = dt_;
   ++step_;
-  driving_ = driving_this_step_;
+  set_driving(driving_this_step_);
   double sums[2] = {local_sum_, budget_.walls};
   MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm());
   fastest_ = local_fastest_;
@@ -209,7 +208,7 @@ void Channel<Real>::report_not_finite() const {
 template <class Real>
 void Channel<Real>::check_field() const {
   if (!std::isfinite(streamwise_sum_) || !std::isfinite(fastest_)) report_not_finite();
-  if (settings_.fluid.convection == Switch::off || cfl() <= imaginary_limit) return;
+  if (!settings_.fluid.convection || cfl() <= imaginary_limit) return;
   const auto [i, j, k] = find_fastest(velocity_, grid_, slabs_);
   throw UserError(
       fmt::format("{}: step {} (t = {:.6g}): the CFL number is {:.3g} near cell ({}, {}, {}), but "

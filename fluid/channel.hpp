@@ -131,7 +131,7 @@ class Channel {
   void set_running_numbers(std::span<const double> numbers);
 
  private:
-  /// What one stage adds to the streamwise sum of the velocity, in that sum's unit [L/T].
+  /// What one step adds to the streamwise sum of the velocity, in that sum's unit [L/T].
   struct MomentumBudget {
     double begin = 0.0;       ///< sum at the begin of the step, all ranks
     double given = 0.0;       ///< by driving, all ranks
@@ -207,6 +207,10 @@ class Channel {
 
   double dt_, dt_made_, time_ = 0.0;
   std::int64_t step_ = 0;
+  /// Sets driving_: as the settings give it, or, where a bulk velocity is kept, to what was `found`
+  /// to keep it in the last step (also of another run, whose state this one goes on from).
+  void set_driving(double found);
+
   double driving_ = 0.0;            ///< acceleration along x, mean of the last step
   double driving_predicted_ = 0.0;  ///< the part that the predictor has given already
   double driving_this_step_ = 0.0;

@@ -28,7 +28,7 @@ void Channel<Real>::begin_stage(int stage) {
                   .zeta_dt = static_cast<Real>(rk.zeta * dt_),
                   .pressure = static_cast<Real>(step / h)},
        .push = {static_cast<Real>(push), Real(0), Real(0)},
-       .convection = settings_.fluid.convection != Switch::off,
+       .convection = settings_.fluid.convection,
        .pressure = keeps_old_pressure(),
        .old_tendency = stage > 0,
        .keep_tendency = stage + 1 < stage_count,
@@ -216,7 +216,7 @@ void Channel<Real>::predict(int stage) {
     clock_.lap(FlowPhase::momentum);
     velocity_.relabel(step_of(forth_));
   }
-  budget_.walls += fringe_.apply(velocity_, stage_step(stage));
+  budget_.walls += fringe_.apply(velocity_, slabs_.first(), stage_step(stage));
 }
 
 template <class Real>

@@ -55,11 +55,26 @@ void Channel<Real>::set_velocity(const std::function<double(int, const Vec3&)>& 
 }
 
 template <class Real>
+void Channel<Real>::set_driving(double found) {
+  switch (settings_.flow.driving) {
+    case Driving::none:
+      driving_ = 0.0;
+      return;
+    case Driving::pressure_gradient:
+      driving_ = settings_.flow.pressure_gradient / settings_.fluid.density;
+      return;
+    case Driving::bulk_velocity:
+      driving_ = found;
+      return;
+  }
+}
+
+template <class Real>
 void Channel<Real>::restored(double time, std::int64_t step, double driving_force,
                              bool project_it) {
   time_ = time;
   step_ = step;
-  driving_ = driving_force / settings_.fluid.density;
+  set_driving(driving_force / settings_.fluid.density);
   if (project_it) {
     project_start_field();
   } else {
@@ -85,7 +100,7 @@ template <class Real>
 void Channel<Real>::set_running_numbers(std::span<const double> numbers) {
   if (numbers.size() != running_numbers().size())
     throw UserError("The state's running numbers are not those of this program.");
-  driving_ = numbers[0];
+  set_driving(numbers[0]);
   streamwise_sum_ = numbers[1];
   fastest_ = numbers[2];
   dt_made_ = numbers[3];

@@ -287,13 +287,6 @@ void DividedTransform<Real>::end_inverse(Real* plane) {
   }
 }
 
-template <class Real>
-std::size_t DividedTransform<Real>::bytes() const {
-  std::size_t values = line_.size() + modes_.size() + columns_.size();
-  for (const Passage& passage : passages_) values += passage.rows.size() + passage.columns.size();
-  return sizeof(Real) * values;
-}
-
 template class DividedTransform<float>;
 template class DividedTransform<double>;
 

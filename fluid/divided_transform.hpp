@@ -45,7 +45,6 @@ class DividedTransform final : public PlaneTransform<Real> {
   void inverse_row(Real* in, int row, Real* plane) override;
   void begin_inverse() override;
   void end_inverse(Real* plane) override;
-  std::size_t bytes() const override;
 
  private:
   using Base = PlaneTransform<Real>;

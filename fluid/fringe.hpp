@@ -23,7 +23,7 @@ template <class Real>
 class Fringe {
  public:
   Fringe(const Settings::Fringe& settings, const Grid& grid)
-      : on_(settings.rate > 0.0), velocity_(settings.velocity) {
+      : on_(settings.rate > 0.0), velocity_(settings.velocity), grid_(grid) {
     if (!on_) return;
     const auto nx = static_cast<std::size_t>(grid.cells[0]);
     const auto strength = [&](double x) {
@@ -40,16 +40,18 @@ class Fringe {
 
   bool on() const { return on_; }
 
-  /// Draws the own planes of the velocity, x ghosts included; returns what the sum of u over them
-  /// gained.
-  double apply(Field<Real>& velocity, double dt) {
+  /// Draws the own planes of the velocity, the first of which is plane `first` of the grid, x
+  /// ghosts included; returns what the sum of u times the plane's thickness over them gained.
+  double apply(Field<Real>& velocity, int first, double dt) {
     if (!on_) return 0.0;
     set_shares(on_faces_, dt, face_share_);
     set_shares(at_centres_, dt, centre_share_);
     double gained = 0.0;
     for (int j = 0; j < velocity.planes(); ++j) {
+      const double thickness = grid_.thickness(first + j);
       for (int k = 0; k < velocity.nz(); ++k) {
-        gained += draw(velocity.row(j, k, 0), face_share_, static_cast<Real>(velocity_));
+        gained +=
+            thickness * draw(velocity.row(j, k, 0), face_share_, static_cast<Real>(velocity_));
         draw(velocity.row(j, k, 1), centre_share_, Real(0));
         draw(velocity.row(j, k, 2), centre_share_, Real(0));
       }
@@ -76,6 +78,7 @@ class Fringe {
 
   bool on_;
   double velocity_;
+  const Grid& grid_;
   std::vector<double> on_faces_, at_centres_;  ///< lambda where u, and where v and w live
   std::vector<Real> face_share_, centre_share_;
 };

@@ -56,11 +56,6 @@ class EndModes {
     return {rows_[r].data() + place.begin, place.low, place.high};
   }
   std::size_t planes() const { return planes_; }
-  std::size_t bytes() const {
-    std::size_t sum = places_.size() * sizeof(Place);
-    for (const AlignedArray<Real>& row : rows_) sum += row.size() * sizeof(Real);
-    return sum;
-  }
 
  private:
   struct Place {
@@ -104,7 +99,6 @@ class ModeCoefficients {
     std::copy_n(change.values + change.low, pitch_ - change.high, now + change.high);
     return now;
   }
-  std::size_t bytes() const { return changes_.bytes() + now_.size() * sizeof(Real); }
 
  private:
   std::size_t pitch_ = 0;

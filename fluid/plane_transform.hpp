@@ -61,8 +61,6 @@ class PlaneTransform {
   virtual void begin_inverse() = 0;
   virtual void end_inverse(Real* plane) = 0;
 
-  virtual std::size_t bytes() const = 0;
-
  protected:
   PlaneTransform(const Grid& grid, int component, const Decomposition& blocks)
       : nx_(grid.cells[0]),

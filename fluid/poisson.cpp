@@ -329,18 +329,6 @@ void PoissonSolver<Real>::substitute_rows(int j) {
   }
 }
 
-template <class Real>
-std::size_t PoissonSolver<Real>::bytes() const {
-  std::size_t values = 0;
-  for (const AlignedArray<Real>* array :
-       {&eliminated_, &first_, &outside_, &last_, &above_, &work_[0], &work_[1], &excess_,
-        &solution_[0], &solution_[1]})
-    values += array->size();
-  std::size_t coefficients = 0;
-  for (const System& system : systems_) coefficients += system.c.bytes() + system.f.bytes();
-  return sizeof(Real) * values + coefficients + transform_->bytes();
-}
-
 template class PoissonSolver<float>;
 template class PoissonSolver<double>;
 

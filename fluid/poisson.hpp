@@ -72,9 +72,6 @@ class PoissonSolver {
   void couple();
   void substitute(int j);
 
-  std::size_t bytes() const;
-  std::size_t values_sent() const { return reduced_.values_sent(); }
-
  private:
   Real* real_row(AlignedArray<Real>& plane, int k) {
     return plane.data() + transform_->real_pitch() * static_cast<std::size_t>(k);

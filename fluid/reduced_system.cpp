@@ -223,13 +223,6 @@ void ReducedSystem<Real>::count_messages() {
   }
 }
 
-template <class Real>
-std::size_t ReducedSystem<Real>::values_sent() const {
-  const std::size_t values = 3 * parts_;
-  return values * (modes_ - own_share()) +
-         values * own_share() * static_cast<std::size_t>(ranks_ - 1);
-}
-
 template class ReducedSystem<float>;
 template class ReducedSystem<double>;
 

@@ -59,9 +59,6 @@ class ReducedSystem {
   /// Collective.
   void solve(const Factors& factors, const Known& known, const Wanted& wanted);
 
-  /// Values sent by this rank in one solve, both messages.
-  std::size_t values_sent() const;
-
  private:
   /// Values of one slab for some neighbouring modes at a time, few enough for the first-level
   /// cache.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <map>
@@ -57,8 +58,6 @@ const Words<Start> start_words{{"rest", Start::rest},
                                {"laminar", Start::laminar},
                                {"logarithmic", Start::logarithmic},
                                {"state", Start::state}};
-const Words<Switch> switch_words{
-    {"auto", Switch::automatic}, {"on", Switch::on}, {"off", Switch::off}};
 const Words<Diffusion> diffusion_words{{"auto", Diffusion::automatic},
                                        {"explicit", Diffusion::explicit_},
                                        {"implicit", Diffusion::implicit}};
@@ -103,7 +102,7 @@ void declare_keys(Settings& s, Visitor& key) {
              Need::required, "Kinematic viscosity of the fluid.");
   key.numbers("fluid.gravity", s.fluid.gravity, "L/T^2", any, Need::optional,
               "Gravity: gives the spheres' buoyancy, must equal LIGGGHTS' own.");
-  key.word("fluid.convection", s.fluid.convection, switch_words,
+  key.word("fluid.convection", s.fluid.convection, on_off_words,
            "Convective term; off solves the unsteady Stokes equations.");
   key.word("fluid.diffusion", s.fluid.diffusion, diffusion_words,
            "Viscous term in time; auto: implicit where time.step is longer than explicit diffusion "
@@ -437,6 +436,10 @@ void merge(toml::table& base, const toml::table& extra) {
 }
 
 }  // namespace
+
+std::string Settings::beside(const std::string& name) const {
+  return (std::filesystem::path(file).parent_path() / name).string();
+}
 
 Settings parse_settings(const std::string& text, const std::string& file,
                         const std::vector<std::string>& overrides) {

@@ -22,13 +22,12 @@ enum class Start { rest, laminar, logarithmic, state };
 /// When spheres and fluid tell each other of loads and motion.
 enum class Exchange { stage, step };
 
-/// Whether an effect is computed: decided from the scene, or by the user.
-enum class Switch { automatic, on, off };
-
 /// Everything that fluid.toml can say. The member initialisers are the defaults; name, unit, range
 /// and meaning of each key stand once, in settings.cpp.
 struct Settings {
   std::string file;  ///< where it was read from, for messages
+  /// Path of a file that fluid.toml names, beside which it stands.
+  std::string beside(const std::string& name) const;
 
   std::string title = "bedload";
   struct Grid {
@@ -52,7 +51,7 @@ struct Settings {
     double density = 1.0;
     double kinematic_viscosity = 0.0;
     std::array<double, 3> gravity{};
-    Switch convection = Switch::on;
+    bool convection = true;
     Diffusion diffusion = Diffusion::automatic;
   } fluid;
   struct Flow {

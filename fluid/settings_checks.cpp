@@ -120,7 +120,7 @@ void check_together(const Settings& s) {
         "'coupling.dem_steps' is {}, but must be a multiple of 15 (stages of 8/15, 2/15 "
         "and 5/15 of a step) or go with 'coupling.exchange' = \"step\".",
         s.coupling.dem_steps));
-  if (s.time.cfl > 0.0 && s.fluid.convection == Switch::off)
+  if (s.time.cfl > 0.0 && !s.fluid.convection)
     fail("'time.cfl' needs the convective term, but 'fluid.convection' is \"off\".");
   if (s.statistics.every == 0 && !s.statistics.spectra_heights.empty())
     fail("'statistics.spectra_heights' needs 'statistics.every' above 0.");
@@ -128,6 +128,9 @@ void check_together(const Settings& s) {
     if (height >= s.grid.length[1])
       fail(fmt::format("'statistics.spectra_heights' holds {}, but the box is {} high.", height,
                        s.grid.length[1]));
+  if (s.start.height >= s.grid.length[1])
+    fail(fmt::format("'start.height' is {}, but the box is {} high.", s.start.height,
+                     s.grid.length[1]));
   if (s.start.from == Start::state && s.start.file.empty())
     fail("'start.from' is \"state\", but 'start.file' is missing.");
 }

@@ -54,8 +54,8 @@ inline std::vector<PlaneFactors> plane_factors(std::span<const YRow> rows) {
 ///   alpha = sum_{j<n-1} t_j f_j-1 f_j,  beta = -t_n-1 f_n-2,     t_j = prod_{i<j} u_i/l_i,
 ///
 /// because -t_j f_j-1 is the product of -c_0 .. -c_j-1. `store(j, c, f)` gets the arrays of plane
-/// j. A row without mass says x = 0 (y_row.hpp): c = 0 there. Where `singular` (the mean mode
-/// between two walls), the last pivot of mode 0 is zero; c = 0 there fixes the last plane at zero.
+/// j. A row without mass says x = 0 (y_row.hpp): c = 0 there. Between two walls mode `open` (the
+/// mean one) has a last pivot of zero; c = 0 there fixes the last plane at zero.
 template <class Store>
 void eliminate_slab(std::span<const YRow> rows, std::span<const double> eigenvalue,
                     std::size_t open, Store&& store, std::span<SlabCoupling> coupling) {

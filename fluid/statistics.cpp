@@ -141,7 +141,7 @@ void Statistics<Real>::add_plane(const FlowView<Real>& flow, std::span<const Sph
   };
   const auto row = [&](int c, int k) { return flow.velocity.row(j, k, c); };
   const auto above = [&](int c, int k) { return flow.velocity.row(j + 1, k, c); };
-  // 4 a b at the point where the means of a1, a2 and of b1, b2 meet
+  // a b at the point where the means of a1, a2 and of b1, b2 meet
   const auto product = [](const Real* a1, const Real* a2, const Real* b1, const Real* b2) {
     return [=](int i) {
       return std::array{0.25 * (double(a1[i]) + double(a2[i])) * (double(b1[i]) + double(b2[i]))};
@@ -247,6 +247,7 @@ template <class Real>
 std::vector<double> Statistics<Real>::state() const {
   std::vector<double> state{
       static_cast<double>(samples_), begin_, end_, duration_, spectra_duration_, driving_};
+  state.insert(state.end(), spectrum_planes_.begin(), spectrum_planes_.end());
   if (slabs_.rank() != 0) std::fill(state.begin(), state.end(), 0.0);
   for (const std::vector<double>* part : {&sums_, &first_, &last_, &spectra_})
     state.insert(state.end(), part->begin(), part->end());
@@ -257,9 +258,10 @@ std::vector<double> Statistics<Real>::state() const {
 template <class Real>
 void Statistics<Real>::restore(std::span<const double> state) {
   constexpr std::size_t numbers = 6;
-  const std::size_t size =
-      numbers + sums_.size() + first_.size() + last_.size() + spectra_.size() + wall_jump_.size();
-  if (state.size() != size)
+  const std::size_t size = numbers + spectrum_planes_.size() + sums_.size() + first_.size() +
+                           last_.size() + spectra_.size() + wall_jump_.size();
+  if (state.size() != size ||
+      !std::equal(spectrum_planes_.begin(), spectrum_planes_.end(), state.begin() + numbers))
     throw UserError(
         fmt::format("{}: the statistics of the run that is continued were taken with other "
                     "'statistics.spectra_heights' or on another grid ({} numbers instead of {}).",
@@ -271,7 +273,7 @@ void Statistics<Real>::restore(std::span<const double> state) {
   spectra_duration_ = state[4];
   driving_ = state[5];
   const bool first_rank = slabs_.rank() == 0;
-  auto next = state.begin() + numbers;
+  auto next = state.begin() + numbers + static_cast<std::ptrdiff_t>(spectrum_planes_.size());
   const auto take = [&](auto& values) {
     for (double& value : values) {
       value = first_rank ? *next : 0.0;

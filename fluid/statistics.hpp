@@ -63,7 +63,7 @@ class Statistics {
   Statistics(const Settings& settings, const Grid& grid, const Decomposition& slabs);
 
   /// Adds the present flow with the weight `duration`, the time that it stands for [T]. Velocity
-  /// with all ghosts valid. `spheres`: all of them, the same list on every rank.
+  /// with all ghosts valid. `spheres`: at least those that reach into this rank's rows.
   void sample(const FlowView<Real>& flow, std::span<const SphereState> spheres, double duration);
 
   std::int64_t samples() const { return samples_; }

@@ -39,7 +39,6 @@ class WholeTransform final : public PlaneTransform<Real> {
   void inverse_row(Real* in, int row, Real* plane) override;
   void begin_inverse() override {}
   void end_inverse(Real* plane) override;
-  std::size_t bytes() const override { return sizeof(Real) * scratch_.size(); }
 
  private:
   using Base = PlaneTransform<Real>;

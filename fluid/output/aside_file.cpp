@@ -55,18 +55,6 @@ void put_in_place(const std::string& path) {
   if (folder.number() >= 0) ::fsync(folder.number());
 }
 
-void put_in_place_keeping(const std::string& path, const std::string& previous) {
-  force_to_disk(aside_name(path), path);
-  if (::access(path.c_str(), F_OK) == 0) {
-    ::unlink(previous.c_str());
-    // A second name leaves the first one standing; without hard links the file moves.
-    if (::link(path.c_str(), previous.c_str()) != 0 &&
-        ::rename(path.c_str(), previous.c_str()) != 0)
-      fail(previous, "written", errno);
-  }
-  put_in_place(path);
-}
-
 void put_link_in_place(const std::string& existing, const std::string& path) {
   discard_aside(path);
   std::error_code error;

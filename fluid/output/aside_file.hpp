@@ -15,10 +15,6 @@ std::string aside_name(const std::string& path);
 /// Forces aside_name(path) to disk and gives it its final name, over whatever stood there.
 void put_in_place(const std::string& path);
 
-/// The same, and what stood under `path` before is kept under `previous` (and what stood there is
-/// gone). At every moment at least one whole file exists under one of the two names.
-void put_in_place_keeping(const std::string& path, const std::string& previous);
-
 /// Gives the whole file `existing` a second name, over whatever stood there; a copy where the file
 /// system knows no second names.
 void put_link_in_place(const std::string& existing, const std::string& path);

@@ -110,7 +110,7 @@ void write_compact_state(const std::string& state_path, const std::string& compa
       file->set_attribute(name, "scale", scale);
     }
     file->close();
-    seal_state(compact, "", comm);
+    seal_state(compact, comm);
   } catch (const UserError&) {
     int rank = 0;
     MPI_Comm_rank(comm, &rank);

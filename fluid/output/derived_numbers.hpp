@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "fluid/grid.hpp"
 #include "fluid/settings.hpp"
 
 namespace bedload {
@@ -55,7 +56,7 @@ inline double u_tau_smooth_wall(double velocity, double height, double viscosity
 }
 
 /// Where u_tau was taken from.
-enum class FrictionSource { measured, driving, smooth_wall };
+enum class FrictionSource { driving, smooth_wall };
 
 /// The numbers of one scene; those without a value do not apply to it (no spheres, no gravity).
 struct DerivedNumbers {
@@ -68,17 +69,15 @@ struct DerivedNumbers {
   double u_tau = 0.0;                   ///< [L/T]
   double reynolds_friction = 0.0;       ///< Re_tau
   double diameter_wall_units = 0.0;     ///< D+
-  double cell_wall_units = 0.0;         ///< h+
+  double cell_wall_units = 0.0;         ///< of the height of the lowest cells
   std::optional<double> density_ratio;  ///< rho_p / rho_f
   std::optional<double> froude;         ///< Fr
   std::optional<double> shields;        ///< S
 };
 
 /// All numbers that follow from the settings, with u_b, H, D and rho_p from reference.*. The
-/// friction velocity is, in this order, `measured_u_tau`, that of a constant driving force, or the
-/// smooth-wall estimate.
-inline DerivedNumbers derive_numbers(const Settings& s,
-                                     std::optional<double> measured_u_tau = std::nullopt) {
+/// friction velocity is that of a constant driving force, or the smooth-wall estimate.
+inline DerivedNumbers derive_numbers(const Settings& s) {
   const auto& [velocity, height, diameter, sphere_density] = s.reference;
   const double viscosity = s.fluid.kinematic_viscosity;
   DerivedNumbers n;
@@ -87,10 +86,7 @@ inline DerivedNumbers derive_numbers(const Settings& s,
   n.cells_per_diameter = diameter / n.cell;
   n.cfl_at_start = courant(velocity, s.time.step, n.cell);
   n.diffusion = diffusion_number(viscosity, s.time.step, n.cell);
-  if (measured_u_tau) {
-    n.u_tau_source = FrictionSource::measured;
-    n.u_tau = *measured_u_tau;
-  } else if (s.flow.driving == Driving::pressure_gradient) {
+  if (s.flow.driving == Driving::pressure_gradient) {
     n.u_tau_source = FrictionSource::driving;
     n.u_tau = u_tau_of_driving(s.flow.pressure_gradient, height, s.fluid.density);
   } else {
@@ -98,7 +94,7 @@ inline DerivedNumbers derive_numbers(const Settings& s,
   }
   n.reynolds_friction = friction_reynolds(n.u_tau, height, viscosity);
   n.diameter_wall_units = friction_reynolds(n.u_tau, diameter, viscosity);
-  n.cell_wall_units = friction_reynolds(n.u_tau, n.cell, viscosity);
+  n.cell_wall_units = friction_reynolds(n.u_tau, n.cell * make_grid(s).thickness(0), viscosity);
   const double gravity = std::hypot(s.fluid.gravity[0], s.fluid.gravity[1], s.fluid.gravity[2]);
   if (sphere_density > 0.0) n.density_ratio = sphere_density / s.fluid.density;
   if (sphere_density > s.fluid.density && gravity > 0.0) {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "fluid/output/aside_file.hpp"
 
 namespace bedload {
@@ -9,8 +11,6 @@ namespace {
 
 const char* words(FrictionSource source) {
   switch (source) {
-    case FrictionSource::measured:
-      return "measured in the run";
     case FrictionSource::driving:
       return "from the driving force over reference.height";
     case FrictionSource::smooth_wall:
@@ -34,7 +34,7 @@ std::string derived_as_comments(const DerivedNumbers& n) {
   line("u_tau", n.u_tau, fmt::format("friction velocity [L/T], {}", words(n.u_tau_source)));
   line("reynolds_friction", n.reynolds_friction, "Re_tau = u_tau H / nu");
   line("diameter_wall_units", n.diameter_wall_units, "D+ = u_tau D / nu");
-  line("cell_wall_units", n.cell_wall_units, "h+ = u_tau h / nu");
+  line("cell_wall_units", n.cell_wall_units, "u_tau dy / nu of the lowest cells");
   if (n.density_ratio) line("density_ratio", *n.density_ratio, "rho_p / rho_f");
   if (n.froude) line("froude", *n.froude, "Fr = (rho_p - rho_f) g H / (rho_f u_b^2)");
   if (n.shields) line("shields", *n.shields, "S = rho_f u_tau^2 / ((rho_p - rho_f) g D)");
@@ -43,8 +43,12 @@ std::string derived_as_comments(const DerivedNumbers& n) {
 
 void write_settings_file(const std::string& folder, const Settings& settings,
                          const DerivedNumbers& numbers) {
+  Settings moved = settings;
+  for (std::string* const file : {&moved.start.file, &moved.spheres.file})
+    if (!file->empty())
+      *file = std::filesystem::absolute(settings.beside(*file)).lexically_normal().string();
   write_text_file(folder + "/settings.toml",
-                  settings_as_toml(settings) + "\n" + derived_as_comments(numbers));
+                  settings_as_toml(moved) + "\n" + derived_as_comments(numbers));
 }
 
 }  // namespace bedload

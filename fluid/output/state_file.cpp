@@ -73,13 +73,6 @@ std::vector<LinearStencil> stencils(const Grid& grid, const StateHeader& stored,
   return list;
 }
 
-/// Whether a state has the cells of a grid; faces that differ by round-off are the same.
-bool same_cells(const StateHeader& stored, const Grid& grid) {
-  const auto close = [&](double a, double b) { return std::abs(a - b) < 1e-9 * grid.length[1]; };
-  return stored.cells == grid.cells && std::equal(stored.y_faces.begin(), stored.y_faces.end(),
-                                                  grid.y_faces.begin(), grid.y_faces.end(), close);
-}
-
 /// What the walls of direction d contribute to component c (3: pressure, which they leave alone).
 double from_walls(const LinearStencil& stencil, const Grid& grid, int c, int d) {
   if (c == pressure_index) return 0.0;
@@ -168,9 +161,14 @@ void check_box(const std::string& path, const StateHeader& found, const Grid& wa
 
 }  // namespace
 
+bool same_cells(const StateHeader& stored, const Grid& grid) {
+  const auto close = [&](double a, double b) { return std::abs(a - b) < 1e-9 * grid.length[1]; };
+  return stored.cells == grid.cells && std::equal(stored.y_faces.begin(), stored.y_faces.end(),
+                                                  grid.y_faces.begin(), grid.y_faces.end(), close);
+}
+
 template <class Real>
-void write_state(const std::string& path, const FlowView<Real>& flow, const StateExtras& extras,
-                 const std::string& previous) {
+void write_state(const std::string& path, const FlowView<Real>& flow, const StateExtras& extras) {
   const MPI_Comm comm = flow.slabs.comm();
   try {
     std::uint64_t numbers = static_cast<std::uint64_t>(flow.grid.cell_count()) * 4;
@@ -199,7 +197,7 @@ void write_state(const std::string& path, const FlowView<Real>& flow, const Stat
       file->write("extra/" + name, {{n}, {0}, {first_rank ? n : 0}}, values.data());
     }
     file->close();
-    seal_state(path, previous, comm);
+    seal_state(path, comm);
   } catch (const UserError&) {
     if (flow.slabs.rank() == 0) discard_aside(path);
     throw;
@@ -226,10 +224,8 @@ StateRead read_state(const std::string& path, const Grid& grid, const Decomposit
   return result;
 }
 
-template void write_state(const std::string&, const FlowView<float>&, const StateExtras&,
-                          const std::string&);
-template void write_state(const std::string&, const FlowView<double>&, const StateExtras&,
-                          const std::string&);
+template void write_state(const std::string&, const FlowView<float>&, const StateExtras&);
+template void write_state(const std::string&, const FlowView<double>&, const StateExtras&);
 template StateRead read_state(const std::string&, const Grid&, const Decomposition&, Field<float>&,
                               Field<float>&);
 template StateRead read_state(const std::string&, const Grid&, const Decomposition&, Field<double>&,

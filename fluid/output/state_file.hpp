@@ -8,11 +8,14 @@
 namespace bedload {
 
 /// Writes the staggered flow in the precision of its fields, with grid, time, step and driving
-/// force, aside and then to its final name; what stood there is kept under `previous` (nothing is
-/// kept when empty). Collective; throws UserError on all ranks and leaves no half-written file.
+/// force, aside and then to its final name. Collective; throws UserError on all ranks and leaves no
+/// half-written file.
 template <class Real>
 void write_state(const std::string& path, const FlowView<Real>& flow,
-                 const StateExtras& extras = {}, const std::string& previous = {});
+                 const StateExtras& extras = {});
+
+/// Whether a state has the cells of a grid; faces that differ by round-off are the same.
+bool same_cells(const StateHeader& stored, const Grid& grid);
 
 /// What read_state() found.
 struct StateRead {

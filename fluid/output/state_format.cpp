@@ -35,14 +35,9 @@ std::unique_ptr<Hdf5File> create_state(const std::string& path, const StateHeade
   return file;
 }
 
-void seal_state(const std::string& path, const std::string& previous, MPI_Comm comm) {
+void seal_state(const std::string& path, MPI_Comm comm) {
   write_front_block(path, state_front, comm);
-  on_first_rank(comm, [&] {
-    if (previous.empty())
-      put_in_place(path);
-    else
-      put_in_place_keeping(path, previous);
-  });
+  on_first_rank(comm, [&] { put_in_place(path); });
 }
 
 StateReader::StateReader(const std::string& path, MPI_Comm comm) {

@@ -39,9 +39,9 @@ inline constexpr int state_format_version = 1;
 std::unique_ptr<Hdf5File> create_state(const std::string& path, const StateHeader& header,
                                        MPI_Comm comm);
 
-/// Writes the text block of aside_name(path), closed before, and gives the file its final name; the
-/// state that stood there is kept under `previous` unless that is empty. Collective.
-void seal_state(const std::string& path, const std::string& previous, MPI_Comm comm);
+/// Writes the text block of aside_name(path), closed before, and gives the file its final name.
+/// Collective.
+void seal_state(const std::string& path, MPI_Comm comm);
 
 /// A sealed state, opened after its size and check sum were found right. Throws UserError with one
 /// sentence on all ranks when it is missing, foreign, of another version, truncated or damaged.

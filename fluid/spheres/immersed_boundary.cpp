@@ -246,6 +246,7 @@ void ImmersedBoundary<Real>::place_mobile() {
   halo_.finish();
   mobile_halo_.finish();
   for (MarkerList<Real>& list : mobile_lists_) list.finish();
+  restore_near_mobile();
   if (!mobile_.empty()) weigh_mobile();
 }
 
@@ -281,7 +282,6 @@ void ImmersedBoundary<Real>::weigh_fixed() {
 /// Finds the fixed markers within reach of mobile spheres' markers.
 template <class Real>
 void ImmersedBoundary<Real>::find_near_mobile() {
-  for (std::vector<int>& markers : near_mobile_) markers.clear();
   if (fixed_.empty()) return;
   struct Pair {
     int fixed;
@@ -329,14 +329,21 @@ void ImmersedBoundary<Real>::find_near_mobile() {
   }
 }
 
-/// Row sums where mobile markers are: of these, and of the fixed markers around them.
+/// Gives the fixed markers that mobile ones were near to the volumes that they have by themselves.
 template <class Real>
-void ImmersedBoundary<Real>::weigh_mobile() {
-  for (const std::size_t c : components)
+void ImmersedBoundary<Real>::restore_near_mobile() {
+  for (const std::size_t c : components) {
     for (const int m : near_mobile_[c]) {
       const auto n = static_cast<std::size_t>(m);
       fixed_lists_[c].volume[n] = Real{1} / fixed_row_sums_[c][n];
     }
+    near_mobile_[c].clear();
+  }
+}
+
+/// Row sums where mobile markers are: of these, and of the fixed markers around them.
+template <class Real>
+void ImmersedBoundary<Real>::weigh_mobile() {
   find_near_mobile();
 
   for (const auto& list : mobile_lists_) spread_ones(list, all_of(list), scratch_);
@@ -350,8 +357,7 @@ void ImmersedBoundary<Real>::weigh_mobile() {
   mobile_halo_.refresh(scratch_);
   for (auto& list : mobile_lists_) weigh<Real>(list, all_of(list), nullptr, scratch_);
 
-  for (const std::size_t c : components)
-    clear_supports(fixed_lists_[c], near_mobile_[c], scratch_);
+  for (const std::size_t c : components) clear_supports(fixed_lists_[c], near_mobile_[c], scratch_);
   for (const Mobile& sphere : mobile_) clear_around(sphere.state, grid_, slabs_, scratch_);
   mobile_halo_.clear_touched(scratch_);
 }

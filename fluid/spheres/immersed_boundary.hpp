@@ -174,6 +174,7 @@ class ImmersedBoundary {
   std::span<const int> all_of(const MarkerList<Real>& list);
   void weigh_fixed();
   void find_near_mobile();
+  void restore_near_mobile();
   void weigh_mobile();
   template <class Use>
   SlipSums local_slip(const Field<Real>& velocity, Use use) const;

@@ -26,7 +26,6 @@ struct InteriorSums {
   std::array<double, 2> xx{};  ///< sum alpha x^2
   std::array<double, 2> xu{};  ///< sum alpha x u
 };
-inline constexpr std::size_t interior_numbers = sizeof(InteriorSums) / sizeof(double);
 
 /// Corners of cells along x, an edge of a row of cells each: the distance phi = |x - x_p| - R of
 /// each corner from a sphere's surface, and of two edges, one above the other, the sums of phi and
@@ -76,7 +75,6 @@ class InteriorCells {
     pairs_.clear();
   }
   /// Number of (sphere, component) pairs so far.
-  std::size_t size() const { return pairs_.size(); }
 
   /// Adds the cells of one component inside one sphere; `field` only tells the layout.
   template <class Real>

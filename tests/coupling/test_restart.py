@@ -86,9 +86,10 @@ def short(tmp_path_factory):
     [
         (["--set", "grid.cells=[64,48,32]"], [], ["grid.cells", "64, 48, 32", "start.file"]),
         (["--set", "grid.length=[8.0,6.0,4.0]"], [], ["grid.length", "8"]),
+        (["--set", "grid.y_stretching=0.5"], [], ["grid.y_stretching", "other heights"]),
         ([], ["another"], ["another LIGGGHTS script or model", "history_floor"]),
     ],
-    ids=["grid", "box", "script"],
+    ids=["grid", "box", "heights", "script"],
 )
 def test_a_checkpoint_of_another_scene(short, tmp_path, options, dem, found):
     words = line(tmp_path / "out", "--steps", "1", *options, restart=checkpoint(short, 4))

@@ -52,6 +52,11 @@ inline std::string name_of(const Ends& ends) {
   return name;
 }
 
+/// Share of the time step that a stage takes.
+inline double two_alpha(int stage) {
+  return runge_kutta[static_cast<std::size_t>(stage)].two_alpha;
+}
+
 /// A developed-looking start: logarithmic profile with rolls and random modes.
 inline void disturb(Settings& s, double velocity, double amplitude) {
   s.start.from = Start::logarithmic;

@@ -130,6 +130,7 @@ TEST(BadSettings, NumbersThatNoMachineCanCompute) {
   EXPECT_THAT(complaint("time.step", "1e-300"), AllOf(HasSubstr("'time.end'"), HasSubstr("steps")));
   EXPECT_THAT(complaint("grid.cells", "[1048576, 1048576, 1048576]"), HasSubstr("cells in all"));
   EXPECT_THAT(complaint("time.cfl", "5.0"), HasSubstr("'time.cfl' is 5.0"));
+  EXPECT_THAT(complaint("start.height", "1e9"), HasSubstr("'start.height' is 1e+09, but the box"));
 }
 
 /// Allowed, but hardly meant: a warning each, and none for a scene that makes sense.
@@ -149,6 +150,7 @@ TEST(BadSettings, DoubtsAreSpoken) {
   EXPECT_THAT(spoken({"flow.bulk_velocity=1.0"}), HasSubstr("'flow.bulk_velocity'"));
   EXPECT_THAT(spoken({"flow.pressure_gradient=1.0"}), HasSubstr("'flow.pressure_gradient'"));
   EXPECT_THAT(spoken({"start.disturbance=0.1"}), HasSubstr("'start.disturbance'"));
+  EXPECT_THAT(spoken({"spheres.slip_tolerance=0.1"}), HasSubstr("'spheres.forcing_loops'"));
   EXPECT_THAT(spoken({"statistics.every=1", "statistics.from=2.0"}),
               HasSubstr("'statistics.from'"));
 }

@@ -54,7 +54,7 @@ TEST(UserMistakes, AStepPastTheCflLimitIsRefusedAtTheStartAndOnTheWay) {
   EXPECT_THAT(complaint([&] { advance(channel, 10); }),
               AllOf(HasSubstr("step 2"), HasSubstr("CFL")));
   // Without convection there is no such limit.
-  s.fluid.convection = Switch::off;
+  s.fluid.convection = false;
   EXPECT_EQ(complaint([&] {
               Channel<double> stokes(s, MPI_COMM_WORLD);
               advance(stokes, 10);
@@ -185,7 +185,7 @@ TEST(Convection, OffLeavesTheStokesEquations) {
   };
   // Discrete decay rate of the wave: nu (2 sin(k h/2)/h)^2.
   const double rate = nu * std::pow(2.0 * std::sin(0.5 * k / 16) * 16, 2);
-  for (const Switch convection : {Switch::off, Switch::on}) {
+  for (const bool convection : {false, true}) {
     s.fluid.convection = convection;
     Channel<double> channel(s, MPI_COMM_WORLD);
     channel.set_velocity(wave);
@@ -194,8 +194,8 @@ TEST(Convection, OffLeavesTheStokesEquations) {
     const double error = largest_error<double>(
         channel, [&](int c, const Vec3& x) { return c == 1 ? size * wave(c, x) : wave(c, x); });
     // Third-order time error of the decay: (rate dt)^3 per unit rate t, about 1e-8.
-    if (convection == Switch::off) EXPECT_LT(error, 1e-7);
-    if (convection == Switch::on) EXPECT_GT(error, 0.3);  // carried 0.2 of a wave length along
+    if (!convection) EXPECT_LT(error, 1e-7);
+    if (convection) EXPECT_GT(error, 0.3);  // carried 0.2 of a wave length along
   }
 }
 
@@ -314,6 +314,28 @@ TEST(Pressure, SummedUpAndSolvedAnewAreTheSame) {
 }
 
 /// A run that goes on from its own velocity and pressure is the same run.
+/// A state of another run brings the force that kept that run's bulk velocity; a run that is driven
+/// otherwise, or not at all, does not take it over.
+TEST(Restart, IsDrivenAsItsOwnSettingsSay) {
+  for (const auto [driving, gradient] :
+       {std::pair{Driving::none, 0.0}, std::pair{Driving::pressure_gradient, 0.3}}) {
+    Settings s = box({8, 8, 8}, 1.0 / 8, 1e-3, 0.01);
+    set_y_ends(s, Wall::periodic, Wall::periodic);
+    s.fluid.density = 2.0;
+    s.flow.driving = driving;
+    s.flow.pressure_gradient = gradient;
+    Channel<double> channel(s, MPI_COMM_WORLD);
+    channel.restored(0.0, 0, 7.0, false);
+    std::vector<double> numbers = channel.running_numbers();
+    numbers[0] = 5.0;
+    channel.set_running_numbers(numbers);
+    EXPECT_EQ(channel.driving_force(), gradient);
+    advance(channel, 10);
+    // Without walls all of the force speeds up: du = G t / rho.
+    EXPECT_NEAR(channel.bulk_velocity(), gradient / 2.0 * 0.1, 1e-14);
+  }
+}
+
 TEST(Restart, GoesOnAsIfNothingHadHappened) {
   Settings s = box({16, 12, 12}, 1.0 / 12, 1e-3, 0.01);
   disturb(s, 1.0, 0.3);

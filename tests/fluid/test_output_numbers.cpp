@@ -32,8 +32,12 @@ Settings setup_two() {
 }
 
 TEST(OutputDerivedNumbers, AreThoseOfSetupTwo) {
-  // Re_tau = 219 as printed: u_tau = 219/3010 = 0.0727575 u_b = 0.145515.
-  const DerivedNumbers n = derive_numbers(setup_two(), 2.0 * 219.0 / 3010.0);
+  // Re_tau = 219 as printed: u_tau = 219/3010 = 0.0727575 u_b = 0.145515, and the force that drives
+  // it.
+  Settings s = setup_two();
+  s.flow.driving = Driving::pressure_gradient;
+  s.flow.pressure_gradient = 5.0 * std::pow(2.0 * 219.0 / 3010.0, 2) / 3.0;
+  const DerivedNumbers n = derive_numbers(s);
   EXPECT_NEAR(n.reynolds_bulk, 3010.0, 1e-9);
   EXPECT_NEAR(n.reynolds_friction, 219.0, 1e-9);
   EXPECT_NEAR(n.cells_per_diameter, 20.0, 1e-9);
@@ -47,7 +51,7 @@ TEST(OutputDerivedNumbers, AreThoseOfSetupTwo) {
   EXPECT_NEAR(n.cell_wall_units, 219.0 / 180.0, 1e-9);
   EXPECT_NEAR(n.cfl_at_start, 2.0 * 0.003 * 60.0, 1e-12);
   EXPECT_NEAR(n.diffusion, 6.0 / 3010.0 * 0.003 * 60.0 * 60.0, 1e-12);
-  EXPECT_EQ(n.u_tau_source, FrictionSource::measured);
+  EXPECT_EQ(n.u_tau_source, FrictionSource::driving);
 }
 
 /// Moser, Kim & Mansour: Re_tau = 180 at a bulk Reynolds number of 5600 over two half heights, that

@@ -17,8 +17,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-double two_alpha(int stage) { return runge_kutta[static_cast<std::size_t>(stage)].two_alpha; }
-
 SphereState sphere_at(const Vec3& position, double diameter, bool mobile) {
   return {.tag = 1,
           .position = position,
@@ -44,7 +42,7 @@ struct ArrayDrag {
 /// Steady Stokes flow through a simple-cubic array, one sphere in a cube of n cells.
 ArrayDrag array_drag(int n, double volume_fraction, const Vec3& offset) {
   Settings s = periodic_cube(n, 1.0, 0.2);
-  s.fluid.convection = Switch::off;
+  s.fluid.convection = false;
   s.flow.driving = Driving::pressure_gradient;
   s.flow.pressure_gradient = 1.0;
   const double diameter = n * std::cbrt(6.0 * volume_fraction / pi);
@@ -251,7 +249,7 @@ TEST(SphereInFlow, TurningSphereFeelsTheStokesTorque) {
   const int n = 24;
   for (int axis : {0, 1, 2}) {
     Settings s = periodic_cube(n, viscosity, 0.2);
-    s.fluid.convection = Switch::off;
+    s.fluid.convection = false;
     SphereState sphere = sphere_at({12.2, 12.1, 11.7}, diameter, true);
     sphere.angular_velocity[axis] = 0.01;
     Channel<double> channel(s, MPI_COMM_WORLD, std::vector<SphereState>{sphere});

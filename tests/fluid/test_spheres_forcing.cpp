@@ -231,13 +231,33 @@ TEST(Forcing, AngularMomentumGivenIsThatOfTheField) {
   for (int c = 0; c < 3; ++c)
     interior.add(flow.velocity, flow.grid, flow.slabs, c, all[0].position, all[0].radius);
   for (std::size_t c = 0; c < 3; ++c) sums[c] = interior.sums(c, flow.velocity);
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 3 * static_cast<int>(interior_numbers), MPI_DOUBLE,
-                MPI_SUM, MPI_COMM_WORLD);
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sizeof sums / sizeof(double)),
+                MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
   // cells, x and xx were summed over ranks together with u: right for this fit, too.
   const InteriorMomentum inside = interior_momentum(sums, all[0].radius);
   const SphereLoad load = flow.loads(1.0).at(0);
   EXPECT_LT((2.0 * load.torque - (1.7 * inside.angular - angular)).norm(), 1e-11 * angular.norm());
   ASSERT_GT(angular.norm(), 0.01);
+}
+
+/// Once the last mobile sphere is gone the bed is forced as if there had never been one.
+TEST(Forcing, FixedSpheresForgetTheMobileOnesThatAreGone) {
+  const std::vector<SphereState> bed{sphere(2, {1.2, 0.38, 0.8}, false),
+                                     sphere(4, {1.95, 0.41, 0.77}, false)};
+  std::vector<SphereState> all = bed;
+  all.push_back(sphere(5, {1.57, 1.0633, 0.79}, true));
+  Flow<double> alone(small_box(), MPI_COMM_WORLD), left(small_box(), MPI_COMM_WORLD);
+  alone.boundary.set_spheres(bed);
+  left.boundary.set_spheres(all);
+  const auto forced = [](Flow<double>& flow) {
+    flow.fill(wavy);
+    flow.boundary.start_stage(flow.velocity);
+    return flow.force(0.01).force_on_fluid;
+  };
+  const Vec3 want = forced(alone);
+  EXPECT_GT((forced(left) - want).norm(), 0.01 * want.norm());
+  left.boundary.move_spheres({});
+  EXPECT_LT((forced(left) - want).norm(), 1e-12 * want.norm());
 }
 
 TEST(Forcing, WhatTheProjectionDoesInsideReachesTheSphereInTheEnd) {
