@@ -31,6 +31,11 @@ class Parser(argparse.ArgumentParser):
         raise UserError(f"{message} (see {self.prog} --help)")
 
 
+def previous_of(out: Path) -> Path:
+    """Where an earlier run in `out` moves to."""
+    return out.with_name(out.name + ".previous")
+
+
 def claim_output(out: Path) -> None:
     """Makes room for a new run: an earlier run there moves to `<out>.previous` (one is kept).
 
@@ -40,7 +45,7 @@ def claim_output(out: Path) -> None:
         return
     if not (out / "settings.toml").is_file():
         raise UserError(f"{out} is not empty and holds no earlier run; name another with --out.")
-    previous = out.with_name(out.name + ".previous")
+    previous = previous_of(out)
     if previous.exists():
         if not (previous / "settings.toml").is_file():
             raise UserError(f"{previous} is in the way and holds no earlier run; move it aside.")
@@ -59,6 +64,18 @@ def last_checkpoint(out: Path) -> Path | None:
     return max(out.glob("checkpoint_" + "[0-9]" * 8), default=None)
 
 
+def check_restart(restart: Path, out: Path) -> None:
+    """Refuses what holds no checkpoint, and a run that making room in `out` would remove."""
+    folder = run_folder(restart)
+    if not restart.is_dir() or (restart == folder and last_checkpoint(folder) is None):
+        raise UserError(f"--restart {restart}: is neither a checkpoint nor a run that holds one.")
+    if folder != out and folder == previous_of(out):
+        raise UserError(
+            f"--restart names {folder}, the place for an earlier run of {out}; "
+            "go on without --out, or name another."
+        )
+
+
 def run(options: argparse.Namespace) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
@@ -68,6 +85,8 @@ def run(options: argparse.Namespace) -> int:
     restart = options.restart and options.restart.resolve()
     out = (options.out or (run_folder(restart) if restart else Path("runs") / name)).resolve()
     ranks = job.Ranks.parse(options.ranks)
+    if restart:
+        check_restart(restart, out)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
     if restart and run_folder(restart) == out:
         job.keep_log(out)

@@ -116,6 +116,28 @@ def test_an_earlier_run_moves_aside_and_nothing_else_is_touched(tmp_path):
     assert (out / "thesis.tex").exists()
 
 
+def test_a_restart_never_removes_or_invents_the_run_that_it_names(tmp_path):
+    out, previous = tmp_path / "bed", tmp_path / "bed.previous"
+    checkpoint = previous / "checkpoint_00000100"
+    checkpoint.mkdir(parents=True)
+    for restart in (previous, checkpoint):
+        with pytest.raises(UserError, match="go on without --out"):
+            cli.check_restart(restart, out)
+        cli.check_restart(restart, previous)
+        cli.check_restart(restart, tmp_path / "other")
+    for wrong in (tmp_path / "bed.pervious", tmp_path, previous / "checkpoint_00000200"):
+        with pytest.raises(UserError, match="neither a checkpoint nor a run"):
+            cli.check_restart(wrong, out)
+    line = ["run", "exposed_sphere", "--restart", tmp_path / "bed.pervious"]
+    done = subprocess.run(
+        ["/usr/bin/python3", "-I", "-B", ROOT / "postproc" / "launch.py", *line],
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "neither a checkpoint nor a run" in done.stderr
+    assert not (tmp_path / "bed.pervious").exists()
+
+
 def test_status_and_signals_pass_through(tmp_path):
     assert job.run([sys.executable, "-c", "raise SystemExit(7)"], tmp_path) == 7
     assert job.run([sys.executable, "-c", "import os; os.kill(os.getpid(), 9)"], tmp_path) == 137
