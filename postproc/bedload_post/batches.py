@@ -42,11 +42,18 @@ class Estimate:
         return f"{self.mean:.3f} ± {self.half_width:.3f}"
 
 
-def estimate(values: np.ndarray, batches: int = MOST_BATCHES) -> Estimate:
-    """From a series of equal steps in time, at least one value to a batch."""
+def estimate(
+    values: np.ndarray, batches: int = MOST_BATCHES, weights: np.ndarray | None = None
+) -> Estimate:
+    """From a series of equal steps in time, at least one value to a batch.
+
+    `weights`: how many samples each value is the mean of; None: of equally many.
+    """
     count = min(batches, len(values))
-    means = np.array([part.mean() for part in np.array_split(np.asarray(values, float), count)])
+    weights = np.ones(len(values)) if weights is None else weights
+    parts = zip(np.array_split(values, count), np.array_split(weights, count), strict=True)
+    means = np.array([np.average(part, weights=weight) for part, weight in parts])
     half_width = np.nan
     if count > 1:
         half_width = student.ppf(0.975, count - 1) * means.std(ddof=1) / np.sqrt(count)
-    return Estimate(float(np.mean(values)), float(half_width), means)
+    return Estimate(float(np.average(values, weights=weights)), float(half_width), means)

@@ -1,8 +1,8 @@
 """Samples by instant: the same grains at successive times, as arrays (instants, grains).
 
 A run samples all its grains at each instant in the same order, so a block of rows is a rectangle and
-its sums run over whole columns at once. Where grains come or go within a block, it is taken apart
-into one rectangle per grain.
+its sums run over whole columns at once. Where grains come or go within a block, one rectangle ends and
+the next one begins.
 """
 
 from collections.abc import Iterable, Iterator
@@ -41,14 +41,32 @@ def group(keys: np.ndarray) -> Iterable[tuple[int, np.ndarray]]:
 
 
 def frames(blocks: Iterable[Samples]) -> Iterator[Frames]:
-    """Rectangles of the samples; those of one grain come in the order of time."""
+    """Rectangles of the samples in the order of time, each with all grains of its instants."""
     for block in blocks:
         count = grains_per_instant(block.time, block.tag)
         if count:
             yield _rectangle(block, count)
         else:
-            for _, rows in group(block.tag):
-                yield _rectangle(block.rows(rows), 1)
+            ordered = block.rows(np.lexsort((block.tag, block.time)))
+            for rows, count in same_grains(ordered.time, ordered.tag):
+                yield _rectangle(ordered.rows(rows), count)
+
+
+def same_grains(time: np.ndarray, tag: np.ndarray) -> Iterator[tuple[slice, int]]:
+    """Rows of successive instants with the same grains, and how many these are.
+
+    The rows are in the order of time, and of `tag` at each instant.
+    """
+    first = np.flatnonzero(np.diff(time, prepend=-np.inf) > 0)  # row of each instant
+    counts = np.diff(first, append=len(time))
+    others = np.append(True, counts[1:] != counts[:-1])  # than at the instant before
+    instant = np.repeat(np.arange(len(first)), counts)
+    rows = np.flatnonzero(~others[instant])
+    others[instant[rows[tag[rows] != tag[rows - counts[instant[rows]]]]]] = True
+    begin = np.flatnonzero(others)
+    ends = np.append(first[begin[1:]], len(time))
+    for start, end, count in zip(first[begin], ends, counts[begin], strict=True):
+        yield slice(int(start), int(end)), int(count)
 
 
 def _rectangle(block: Samples, count: int) -> Frames:

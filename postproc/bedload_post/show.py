@@ -81,7 +81,7 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
             run.bulk_velocity, run.diameter,
         )
         grains = summary.grain_lines(run, phases)
-        if pictures:
+        if pictures and len(phases.tag):
             tag = path.chosen_grain(phases)
             path.draw(run, phases, run.samples_of(tag), tag, folder / "path.png")
     if pictures:

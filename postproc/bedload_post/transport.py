@@ -1,7 +1,7 @@
 """What the grains of one run do after the start-up: series, distributions, profiles over height.
 
-Velocities are in u_b, lengths in D, angular velocities in u_b/D. All samples count alike: runs
-sample at equal intervals.
+Velocities are in u_b, lengths in D, angular velocities in u_b/D. All samples count alike, however many
+grains there are at an instant: runs sample at equal intervals.
 """
 
 from dataclasses import dataclass, field
@@ -25,6 +25,7 @@ class Transport:
     phases: Phases
     batches: int = FEWEST_BATCHES  # of one flow-through time or longer where the record allows it
     time: list[np.ndarray] = field(default_factory=list)
+    count: list[np.ndarray] = field(default_factory=list)  # of the grains, per instant
     velocity: list[np.ndarray] = field(default_factory=list)  # mean over the grains, per instant
     height: list[np.ndarray] = field(default_factory=list)
     spin: list[np.ndarray] = field(default_factory=list)
@@ -38,11 +39,11 @@ class Transport:
 
     def mean(self, name: str) -> Estimate:
         """Mean of a series with its interval."""
-        return estimate(self.series(name), self.batches)
+        return estimate(self.series(name), self.batches, self.series("count"))
 
     def share_of(self, state: int) -> Estimate:
         """Share of time in `state`."""
-        return estimate(self.series("share")[:, state], self.batches)
+        return estimate(self.series("share")[:, state], self.batches, self.series("count"))
 
     @property
     def samples(self) -> int:
@@ -95,6 +96,8 @@ class _Counter:
 
     def add(self, part: Frames) -> None:
         columns, grains = known_columns(part.tag, self._tags)
+        if len(columns) == 0:  # grains with a single sample have no phases
+            return
         part = part.columns(columns)
         velocity = part.velocity[..., 0] / self._velocity
         height = part.position[..., 1] / self._diameter
@@ -102,6 +105,7 @@ class _Counter:
         state = self._states(part.time, grains)
         r = self.result
         r.time.append(part.time)
+        r.count.append(np.full(len(part.time), len(columns)))
         for name, values in (("velocity", velocity), ("height", height), ("spin", spin)):
             getattr(r, name).append(values.mean(axis=1))
         r.share.append(np.stack([(state == s).mean(axis=1) for s in range(len(NAMES))], axis=1))
@@ -135,8 +139,8 @@ class _Counter:
 def measure(run: Run, since: float = 0.0) -> Transport:
     """Everything about the grains of `run` from the time `since` on."""
     ranges = time_ranges(run.instants(since=since))
-    if not ranges:
-        raise MissingOutput(f"{run.folder} has no samples of mobile spheres after t = {since:g}.")
+    if not any(last > first for first, last in ranges.values()):
+        raise MissingOutput(f"{run.folder} has no mobile sphere with two samples after t = {since:g}.")
     phases = analyse(
         run.collisions(), ranges, run.sample_blocks(since=since), run.periods,
         run.bulk_velocity, run.diameter,

@@ -85,6 +85,17 @@ def hexagonal_bed(length_x=16.0, length_z=8.0):
     return np.column_stack([(i.ravel() + 0.5) * dx, np.full(i.size, 0.5), z.ravel()])
 
 
+def write_samples(folder: Path, rows: dict[str, np.ndarray]) -> None:
+    """Gives the run in `folder` these samples of mobile spheres."""
+    with h5py.File(folder / "spheres.h5", "a") as file:
+        file.pop("mobile", None)
+        for name, values in rows.items():
+            file[f"mobile/{name}"] = values
+        file["mobile/step"] = np.arange(len(rows["time"]))
+        for name in ("force", "torque"):
+            file[f"mobile/{name}"] = np.zeros((len(rows["time"]), 3))
+
+
 def write_run(folder: Path, story: Story, tag=1, cells=(80, 45, 40)):
     """An output folder as a run leaves it, around one grain's story."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -96,11 +107,7 @@ def write_run(folder: Path, story: Story, tag=1, cells=(80, 45, 40)):
     with h5py.File(folder / "spheres.h5", "w") as file:
         file["fixed/tag"] = np.arange(len(bed)) + 1000
         file["fixed/position"], file["fixed/radius"] = bed, np.full(len(bed), 0.5)
-        for name, values in grain.items():
-            file[f"mobile/{name}"] = values
-        file["mobile/step"] = np.arange(len(grain["time"]))
-        for name in ("force", "torque"):
-            file[f"mobile/{name}"] = np.zeros((len(grain["time"]), 3))
+    write_samples(folder, grain)
     rows = ["tag_i,tag_j,time_start,time_end,x,y,z,impact_speed_normal,impact_speed_tangential,"
             "rebound_speed_normal,impulse_normal,impulse_tangential"]  # fmt: skip
     rows += [f"{tag},1000,{a!r},{b!r},0,0,0,0,0,0,0,0" for a, b in story.contacts]

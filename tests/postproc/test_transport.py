@@ -15,7 +15,7 @@ from bedload_post.batches import batches_of, estimate
 from bedload_post.frames import frames, grains_per_instant, time_ranges
 from bedload_post.outputs import MissingOutput, Run, Samples
 from bedload_post.states import CREEPING, JUMPING, RESTING
-from synthetic import Story, wandering_story, write_run
+from synthetic import Story, wandering_story, write_run, write_samples
 
 
 def story_of_three_states():
@@ -181,15 +181,73 @@ def test_a_block_of_whole_instants_is_one_rectangle():
 
 
 def test_grains_that_come_and_go():
-    """Grain 2 is there for instants 3 to 6 alone: its frames are its own."""
+    """Grain 2 is there for instants 3 to 6 alone: a new rectangle begins where it comes and goes."""
     rows = [(t, g) for t in range(10) for g in (1, 2) if g == 1 or 3 <= t <= 6]
     time, tag = np.array(rows, float)[:, 0], np.array(rows)[:, 1]
     three = np.tile(time[:, None], 3)
     block = Samples(time, tag, three, three, three, np.full(len(time), 0.5))
-    parts = {int(f.tag[0]): f for f in frames([block])}
-    assert parts[2].time.tolist() == [3, 4, 5, 6]
-    assert parts[1].position[:, 0, 0].tolist() == list(range(10))
+    parts = [(f.tag.tolist(), f.time.tolist()) for f in frames([block])]
+    assert parts == [([1], [0, 1, 2]), ([1, 2], [3, 4, 5, 6]), ([1], [7, 8, 9])]
+    assert all((f.position[..., 0] == f.time[:, None]).all() for f in frames([block]))
     assert time_ranges([(time, tag)]) == {1: (0, 9), 2: (3, 6)}
+
+
+def test_one_grain_takes_another_s_place():
+    """As many grains as before, but others."""
+    time, tag = np.repeat(np.arange(4.0), 2), np.array([1, 2, 2, 1, 1, 3, 3, 1])
+    three = np.tile(tag[:, None], 3)
+    block = Samples(time, tag, three, three, three, np.full(len(time), 0.5))
+    parts = list(frames([block]))
+    assert [(f.tag.tolist(), f.time.tolist()) for f in parts] == [([1, 2], [0, 1]), ([1, 3], [2, 3])]
+    assert all((f.position[..., 0] == f.tag).all() for f in parts)
+
+
+def test_every_sample_counts_alike_where_a_grain_goes(run, tmp_path, monkeypatch):
+    """20 grains of 200 instants in four blocks; the fastest goes in the second: 19 for the rest."""
+    folder = tmp_path / "run"
+    shutil.copytree(run.folder, folder)
+    rows = [(0.5 * t, g) for t in range(200) for g in range(1, 21) if g < 20 or t < 80]
+    time, tag = np.array(rows)[:, 0], np.array(rows)[:, 1].astype(int)
+    speed = (0.01 * tag + 0.001 * time) * np.where(tag == 20, 10.0, 1.0)
+    zero = np.zeros((len(time), 3))
+    position = np.column_stack([np.zeros_like(time), 1.0 + 0.1 * tag, np.zeros_like(time)])
+    write_samples(folder, {
+        "time": time, "tag": tag, "position": position, "radius": np.full(len(time), 0.5),
+        "velocity": zero + speed[:, None] * [1, 0, 0], "angular_velocity": zero,
+    })  # fmt: skip
+    monkeypatch.setattr(Run.sample_blocks, "__defaults__", (1000, -np.inf))
+    assert len(list(Run(folder).sample_blocks())) == 4
+    found = transport.measure(Run(folder))
+    assert np.concatenate(found.time).tolist() == np.unique(time).tolist()
+    assert found.mean("velocity").mean == pytest.approx(speed.mean(), rel=1e-12)
+    # 100 D/u_b of 16 D: six batches of equal length in time.
+    batches = [speed[np.isin(time, part)].mean() for part in np.array_split(np.unique(time), 6)]
+    assert found.mean("velocity").batches == pytest.approx(batches, rel=1e-12)
+    assert found.mean("height").mean == pytest.approx(position[:, 1].mean(), rel=1e-12)
+    assert found.share_of(CREEPING).mean + found.share_of(RESTING).mean == pytest.approx(1.0)
+
+
+def test_a_grain_with_one_sample_has_no_say(run, tmp_path):
+    folder = tmp_path / "run"
+    shutil.copytree(run.folder, folder)
+    with h5py.File(folder / "spheres.h5") as file:
+        names = ("time", "tag", "position", "velocity", "angular_velocity", "radius")
+        rows = {name: file[f"mobile/{name}"][:] for name in names}
+    late = {name: values[-1:].copy() for name, values in rows.items()}
+    late["tag"][:] = 2
+    write_samples(folder, {name: np.concatenate([rows[name], late[name]]) for name in names})
+    alone, both = transport.measure(run), transport.measure(Run(folder))
+    assert both.samples == alone.samples
+    assert both.mean("velocity").half_width == alone.mean("velocity").half_width
+    write_samples(folder, late)
+    with pytest.raises(MissingOutput, match="no mobile sphere with two samples after t = 0"):
+        transport.measure(Run(folder))
+    show = Path(__file__).resolve().parents[2] / "postproc" / "show.py"
+    done = subprocess.run(
+        [sys.executable, "-I", "-B", show, folder], capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    assert not (folder / "path.png").exists()
 
 
 def test_report_of_two_models(run, tmp_path):
