@@ -124,9 +124,20 @@ def _rows(values: Sequence[dict], with_paper: bool) -> list[list[str]]:
     return rows
 
 
-def order_sentence(values: Sequence[dict]) -> str:
+def order_sentences(values: Sequence[dict]) -> str:
+    """A sentence on the models' order for each density ratio that has two of them."""
+    ratios = sorted({v["density_ratio"] for v in values})
+    found = []
+    for ratio in ratios:
+        known = [v for v in values if v["density_ratio"] == ratio and v["model"] in MODELS]
+        if len(known) > 1:
+            where = f"At ρp/ρf {ratio:g}: " if len(ratios) > 1 else ""
+            found.append(where + order_sentence(known))
+    return " ".join(found)
+
+
+def order_sentence(known: Sequence[dict]) -> str:
     """Whether the models stand in the paper's order, and which neighbours the intervals part."""
-    known = [v for v in values if v["model"] in MODELS]
     order = sorted(known, key=lambda v: -v["mean_velocity"])
     names = [MODELS[v["model"]][0] for v in order]
     expected = [MODELS[m][0] for m in MODELS if m in {v["model"] for v in known}]
@@ -213,7 +224,7 @@ def write(comparison: Comparison, folder: Path, remarks: str = "") -> list[dict]
     film = folder / "film.mp4"
     body = [
         f"<h1>{html.escape(comparison.title)}</h1>",
-        f"<p>{html.escape(order_sentence(values))} The paper: {html.escape(PAPER)}. "
+        f"<p>{html.escape(order_sentences(values))} The paper: {html.escape(PAPER)}. "
         "± is a 95 % confidence interval from batches.</p>",
         table(rows, ["", *["number"] * len(values)]),
         remarks,

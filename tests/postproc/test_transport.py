@@ -282,6 +282,7 @@ def test_several_densities_stand_side_by_side(run, tmp_path):
     assert found[0]["shields"] == pytest.approx(5 * found[1]["shields"], rel=1e-12)
     page = (folder / "report.html").read_text()
     assert "rpm, ρp/ρf 2.25" in page
+    assert "Mean velocity falls" not in page  # one model at each ratio
     assert {"path-rpm-1.25.png", "path-rpm-2.25.png"} <= {file.name for file in folder.iterdir()}
     models_report.write(models_report.Comparison("one", cases[:1], False, {}), tmp_path / "o")
     wide, narrow = (matplotlib.image.imread(f / "shares.png").shape for f in (folder, tmp_path / "o"))
@@ -296,3 +297,19 @@ def test_order_is_told_as_it_is():
     assert models_report.order_sentence(right).endswith("actm + HW, the paper's.")
     wrong = [value("rpm", 1.0), value("actm", 2.0)]
     assert "actm > rpm; the paper's is rpm > actm." in models_report.order_sentence(wrong)
+
+
+def test_each_density_has_an_order_of_its_own():
+    def value(model, ratio, velocity):
+        found = {"model": model, "mean_velocity": velocity, "mean_velocity_interval": 0.01}
+        return found | {"density_ratio": ratio}
+
+    told = models_report.order_sentences([
+        value("rpm", 1.25, 0.4), value("actm", 1.25, 0.3), value("mine", 1.25, 0.1),
+        value("rpm", 2.25, 0.1), value("actm", 2.25, 0.2), value("rpm", 1.75, 0.2),
+    ])  # fmt: skip
+    assert told == (
+        "At ρp/ρf 1.25: Mean velocity falls in the order rpm > actm, the paper's. "
+        "At ρp/ρf 2.25: Mean velocity falls in the order actm > rpm; the paper's is rpm > actm."
+    )
+    assert models_report.order_sentences([value("rpm", 1.2, 0.2), value("mine", 1.2, 0.1)]) == ""
