@@ -23,6 +23,7 @@ from bedload_launcher.scenes import Scene, choose_model, find_scene, models, rea
 from bedload_post.models_report import Comparison, make_case, write
 from bedload_post.outputs import MissingOutput, Run
 
+START_UP = 3.0  # flow-throughs L_x/u_b, of a scene that does not say
 PAPER_MODELS = ("rpm", "rpm_hw", "actm", "actm_hw")
 
 
@@ -69,8 +70,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as for run")
     parser.add_argument("--var", action="append", default=[], metavar="NAME=VALUE", help="as for run")
     parser.add_argument(
-        "--discard", type=float, default=3.0, metavar="N",
-        help="start-up that is left out, in flow-through times L_x/u_b (default: 3)",
+        "--discard", type=float, metavar="N",
+        help="start-up that is left out, in flow-through times L_x/u_b (default: the scene's "
+        f"statistics.from, {START_UP:g} without)",
     )  # fmt: skip
     parser.add_argument("--out", type=Path, default=Path("runs/models"), help="folder of the runs")
     parser.add_argument("--report", type=Path, help="folder of the report (default: in --out)")
@@ -119,6 +121,18 @@ def settings_of(scene: Scene, overrides: Sequence[str]) -> dict:
             node = node.setdefault(table, {})
         node[name] = tomllib.loads(f"value = {value}")["value"]
     return settings
+
+
+def start_up(options: argparse.Namespace, scene: Scene) -> float:
+    """Flow-throughs L_x/u_b that the report leaves out: as told, else as the scene's statistics do."""
+    if options.discard is not None:
+        return options.discard
+    settings = settings_of(scene, options.set)
+    try:
+        velocity, length = settings["reference"]["velocity"], settings["grid"]["length"][0]
+        return settings["statistics"]["from"] * velocity / length
+    except KeyError:
+        return START_UP
 
 
 def run_member(member: Member, ranks: job.Ranks, overrides: Sequence[str]) -> int:
@@ -174,14 +188,15 @@ def circumstances(members_: Sequence[Member], ranks: job.Ranks) -> dict[str, str
 def report(options: argparse.Namespace, scene: Scene, runs: Sequence[Member]) -> Path:
     """Writes the report of all runs that have got beyond the start-up; returns its folder."""
     cases, described = [], []
+    discard = start_up(options, scene)
     for member in runs:
         try:
-            cases.append(make_case(member.model, Run(member.out), options.discard))
+            cases.append(make_case(member.model, Run(member.out), discard))
             described.append(member)
         except MissingOutput as missing:
             print(f"bedload: left out of the report: {missing}", flush=True)
     if not cases:
-        raise UserError(f"no run in {options.out} has got beyond {options.discard:g} flow-throughs.")
+        raise UserError(f"no run in {options.out} has got beyond {discard:g} flow-throughs.")
     folder = options.report or options.out / f"report-{scene.name}"
     kept = folder / "circumstances.json"  # of runs made elsewhere, for instance in parts
     facts = circumstances(described, job.Ranks.parse(options.ranks))

@@ -63,6 +63,21 @@ def test_a_run_is_done_when_it_has_reached_its_end(tmp_path):
     assert not models.finished(tmp_path / "nothing", last)
 
 
+@pytest.mark.parametrize(
+    ("scene", "found"), [("setup1", 4), ("setup1_small", 2), ("setup2", 4), ("setup2_small", 3)]
+)
+def test_the_report_leaves_out_the_scene_s_start_up(scene, found):
+    assert models.start_up(options(), find_scene(scene)) == pytest.approx(found, rel=1e-12)
+    assert models.start_up(options("--discard", "0"), find_scene(scene)) == 0.0
+
+
+def test_a_start_up_follows_what_is_set():
+    # statistics.from = 39 of 26 D at u_b = 1; a scene without statistics does not say.
+    scene = find_scene("setup2_small")
+    assert models.start_up(options("--set", "statistics.from=39.0"), scene) == 1.5
+    assert models.start_up(options(), find_scene("exposed_sphere")) == models.START_UP
+
+
 @pytest.fixture
 def started(monkeypatch):
     """The mpirun lines that would have been started."""
