@@ -5,8 +5,14 @@ batch means are as good as independent and
 
     mean +- t_{0.975, K-1} s / sqrt(K),        s: their standard deviation,
 
-holds the true mean in 95 % of all records. `memory` is the correlation of neighbouring batch means;
-well above zero, the batches are too short and the interval too narrow.
+holds the true mean in 95 % of all records. `memory` r is the correlation of neighbouring batch means.
+Above zero it leaves fewer independent ones, K/f with (first-order autoregression, Bayley and Hammersley
+1946)
+
+    f = (1 + r')/(1 - r'),        r' = r + 1/K, since r from K values is low by about 1/K (Kendall 1954);
+
+the interval is wider by sqrt(f), and t has (K - 1)/f degrees of freedom, at least FEWEST_BATCHES - 1. A
+signal whose memory is a tenth of the record is so held in 91 % of all records, 77 % without.
 """
 
 from dataclasses import dataclass
@@ -16,10 +22,12 @@ from scipy.stats import t as student
 
 MOST_BATCHES = 10
 FEWEST_BATCHES = 4  # t_{0.975, 3} = 3.2; with fewer the interval says little
+HIGHEST_MEMORY = 0.3  # above, intervals of some ten batches hold the mean in fewer than nine of ten
 
 
 def batches_of(memory_times: float) -> int:
-    """How many batches a record of so many memory times bears: none shorter than one of them."""
+    """How many batches a record of so many memory times gets: none shorter than one of them, except
+    in a record of less than FEWEST_BATCHES."""
     return int(min(max(memory_times, FEWEST_BATCHES), MOST_BATCHES))
 
 
@@ -34,12 +42,28 @@ class Estimate:
     @property
     def memory(self) -> float:
         """Correlation of a batch's mean with the next one's."""
-        deviation = self.batches - self.batches.mean()
-        square = float((deviation**2).sum())
-        return float((deviation[1:] * deviation[:-1]).sum()) / square if square > 0 else 0.0
+        return _memory(self.batches)
+
+    def too_narrow(self, memory_times: float) -> bool:
+        """Whether the interval of a record of so many memory times promises too much."""
+        return bool(self.memory > HIGHEST_MEMORY or memory_times < (1 - 1e-9) * len(self.batches))
 
     def __str__(self) -> str:
         return f"{self.mean:.3f} ± {self.half_width:.3f}"
+
+
+def _memory(means: np.ndarray) -> float:
+    deviation = means - means.mean()
+    square = float((deviation**2).sum())
+    return float((deviation[1:] * deviation[:-1]).sum()) / square if square > 0 else 0.0
+
+
+def _half_width(means: np.ndarray) -> float:
+    count = len(means)
+    correlation = min(max(_memory(means) + 1.0 / count, 0.0), 0.9)
+    inflation = (1.0 + correlation) / (1.0 - correlation)
+    freedom = max((count - 1) / inflation, min(count, FEWEST_BATCHES) - 1)
+    return student.ppf(0.975, freedom) * means.std(ddof=1) * np.sqrt(inflation / count)
 
 
 def estimate(
@@ -55,5 +79,5 @@ def estimate(
     means = np.array([np.average(part, weights=weight) for part, weight in parts])
     half_width = np.nan
     if count > 1:
-        half_width = student.ppf(0.975, count - 1) * means.std(ddof=1) / np.sqrt(count)
+        half_width = _half_width(means)
     return Estimate(float(np.average(values, weights=weights)), float(half_width), means)

@@ -10,6 +10,7 @@ import numpy as np
 
 from . import flow_statistics, path
 from . import model_figures as figures
+from .batches import HIGHEST_MEMORY
 from .bed_friction import friction_velocity
 from .flow_statistics import FlowStatistics
 from .model_figures import MODELS, Case
@@ -65,6 +66,7 @@ def numbers(case: Case) -> dict:
         "mean_velocity_interval": velocity.half_width,
         "batches": len(velocity.batches),
         "batch_memory": velocity.memory,
+        "interval_too_narrow": velocity.too_narrow((time[-1] - time[0]) / through),
         "mean_height": mean_y,
         "spread_of_height": float(np.sqrt(((y - mean_y) ** 2 * density).sum() * width)),
         "mean_spin": t.mean("spin").mean,
@@ -146,11 +148,23 @@ def order_sentence(known: Sequence[dict]) -> str:
     close = [
         f"{MODELS[a['model']][0]} and {MODELS[b['model']][0]}"
         for a, b in zip(order, order[1:], strict=False)
-        if a["mean_velocity"] - b["mean_velocity"]
-        < np.hypot(a["mean_velocity_interval"], b["mean_velocity_interval"])
+        if not a["mean_velocity"] - b["mean_velocity"]  # no interval parts nothing
+        >= np.hypot(a["mean_velocity_interval"], b["mean_velocity_interval"])
     ]
     if close:
         text += f" The intervals do not part {'; '.join(close)}."
+    return text
+
+
+def interval_sentence(names: Sequence[str], values: Sequence[dict]) -> str:
+    """What ± is, and for which of the runs, by their `names`, it promises too much."""
+    text = "± is a 95 % confidence interval from batches, wider where neighbouring ones are correlated."
+    narrow = [name for name, v in zip(names, values, strict=True) if v["interval_too_narrow"]]
+    if narrow:
+        text += (
+            f" It is still too narrow for {'; '.join(narrow)}: batches shorter than a flow-through, "
+            f"or correlated by more than {HIGHEST_MEMORY:g}."
+        )
     return text
 
 
@@ -215,17 +229,17 @@ def write(comparison: Comparison, folder: Path, remarks: str = "") -> list[dict]
     text = json.dumps(kept, indent=1, ensure_ascii=False, default=float)
     (folder / "numbers.json").write_text(text + "\n", encoding="utf-8")
     ratios = len({case.density_ratio for case in comparison.cases}) > 1
-    head = [""] + [
+    names = [
         case.label + (f", ρp/ρf {case.density_ratio:g}" if ratios else "")
         for case in comparison.cases
     ]
-    rows = [head, *_rows(values, comparison.with_paper)]
+    rows = [["", *names], *_rows(values, comparison.with_paper)]
     facts = [[name, value] for name, value in comparison.circumstances.items()]
     film = folder / "film.mp4"
     body = [
         f"<h1>{html.escape(comparison.title)}</h1>",
         f"<p>{html.escape(order_sentences(values))} The paper: {html.escape(PAPER)}. "
-        "± is a 95 % confidence interval from batches.</p>",
+        f"{html.escape(interval_sentence(names, values))}</p>",
         table(rows, ["", *["number"] * len(values)]),
         remarks,
         *(image(folder / file, caption) for file, caption in drawn),

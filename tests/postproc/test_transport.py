@@ -15,6 +15,7 @@ from bedload_post.batches import batches_of, estimate
 from bedload_post.frames import frames, grains_per_instant, time_ranges
 from bedload_post.outputs import MissingOutput, Run, Samples
 from bedload_post.states import CREEPING, JUMPING, RESTING
+from scipy.signal import lfilter
 from synthetic import Story, wandering_story, write_run, write_samples
 
 
@@ -116,12 +117,43 @@ def test_interval_of_independent_batches_holds_the_mean_in_95_of_100():
     assert 358 <= held <= 400
 
 
+def correlated(numbers, memory, times, samples=10):
+    """A record of so many `times` of a signal whose correlation falls by e in `memory`."""
+    kept = np.exp(-1.0 / (memory * samples))
+    values = lfilter([np.sqrt(1 - kept**2)], [1, -kept], numbers.normal(size=samples * (times + 20)))
+    return values[20 * samples :]
+
+
+def test_interval_is_wider_where_batches_remember():
+    """A tenth of the record is memory: 91 of 100 intervals hold the mean, 77 as if independent."""
+    numbers = np.random.default_rng(5)
+    found = [estimate(correlated(numbers, 2.0, 20), batches=10) for _ in range(1000)]
+    held = np.mean([abs(one.mean) < one.half_width for one in found])
+    # Binomial: 0.91 +- 0.009; three standard deviations.
+    assert held > 0.88
+    # r = 0.5 - 1/4, f = 3: the variance of 4/3 batches, and no less than three degrees of freedom.
+    rising = estimate(np.array([1.0, 2.0, 3.0, 4.0]), batches=4)
+    assert rising.memory == pytest.approx(0.25)
+    assert rising.half_width == pytest.approx(3.18245 * 1.29099 * np.sqrt(3 / 4), rel=1e-5)
+
+
+def test_an_interval_that_promises_too_much_is_told():
+    calm, rising = np.tile([1.0, 2.0], 5), np.arange(10.0)
+    assert not estimate(calm).too_narrow(10.0)
+    assert estimate(calm).too_narrow(9.5)  # batches shorter than a flow-through
+    assert estimate(rising).too_narrow(40.0)
+    values = [{"interval_too_narrow": True}, {"interval_too_narrow": False}]
+    told = models_report.interval_sentence(["rpm", "actm"], values)
+    assert "too narrow for rpm: batches" in told
+    assert "too narrow" not in models_report.interval_sentence(["actm"], values[1:])
+
+
 def test_batches_are_flow_throughs_where_the_record_is_long_enough():
     assert [batches_of(n) for n in (0.3, 5.9, 33.0)] == [4, 5, 10]
 
 
 def test_interval_is_student_s():
-    found = estimate(np.array([1.0, 2.0, 3.0, 4.0]), batches=4)
+    found = estimate(np.array([1.0, 4.0, 2.0, 3.0]), batches=4)  # memory -0.65: as if independent
     # s = 1.29099, t_{0.975, 3} = 3.18245
     assert found.half_width == pytest.approx(3.18245 * 1.29099 / 2, rel=1e-5)
     assert estimate(np.array([0.0, 1.0] * 8), batches=16).memory == pytest.approx(-15 / 16)
@@ -262,7 +294,9 @@ def test_report_of_two_models(run, tmp_path):
     assert kept["runs"][0]["mean_velocity"] == pytest.approx(0.175, abs=2e-3)
     assert kept["runs"][1]["paper_mean_velocity"] == 0.093
     page = (folder / "report.html").read_text()
+    assert kept["runs"][0]["interval_too_narrow"] is True
     assert "<p>Because.</p>" in page
+    assert "too narrow for rpm; actm + HW: batches shorter" in page  # one and a quarter flow-throughs
     assert "The intervals do not part rpm and actm + HW." in page  # the same run twice
     # Everything is in the one file.
     assert page.count("data:image/png;base64") == len(list(folder.glob("*.png"))) >= 8
@@ -295,6 +329,8 @@ def test_order_is_told_as_it_is():
 
     right = [value(m, u) for m, u in zip(("rpm", "rpm_hw", "actm", "actm_hw"), (4, 3, 2, 1))]
     assert models_report.order_sentence(right).endswith("actm + HW, the paper's.")
+    unknown = [value(m, u) | {"mean_velocity_interval": np.nan} for m, u in (("rpm", 4), ("actm", 2))]
+    assert "do not part rpm and actm." in models_report.order_sentence(unknown)
     wrong = [value("rpm", 1.0), value("actm", 2.0)]
     assert "actm > rpm; the paper's is rpm > actm." in models_report.order_sentence(wrong)
 
