@@ -67,6 +67,7 @@ void CoupledRun::run(int narg, char** arg) {
     stop_run(lmp, "coupled_run needs a fix couple/fluid in the script before it");
 
   DemSide& side = fluid->side();
+  if (side.stopped()) return;  // the fluid has ended in an earlier one and sends nothing more
   const std::int64_t behind = side.restart_step() - side.steps_made();
   if (most_steps <= behind) {  // this one was over when the checkpoint was written
     side.count_steps(most_steps);

@@ -91,6 +91,16 @@ def test_script_around_and_between_coupled_runs(tmp_path, ranks):
     assert (tmp_path / "motion.txt").read_text().count("TIMESTEP") == 8
 
 
+@pytest.mark.parametrize("steps", [5, 10, 15])
+def test_the_fluid_may_end_within_any_coupled_run(tmp_path, steps):
+    """In the first, where it ends, or in the second: what is left of the script passes, and the job
+    ends. A coupled_run that waited for loads would wait for ever."""
+    line = command(stand_in("--steps", str(steps)), liggghts("staged.liggghts"))
+    result = run(line, tmp_path, timeout=LIMIT)
+    assert result.status == 0, result.output
+    assert result.number("changes") == (steps > 10)
+
+
 def test_a_fix_behind_can_hold_a_sphere_in_its_plane(tmp_path):
     job(tmp_path, "plane.liggghts", "--steps", "50", "--out", "path.csv")
     path = trajectories(tmp_path / "path.csv")
