@@ -83,6 +83,7 @@ void CoupledRun::run(int narg, char** arg) {
   fluid->allow_run(true);
   fluid->check_motion();  // the script may have moved them
   fluid->check_tags();
+  fluid->check_fixed();
   prepare(*fluid);
 
   moved_ = true;

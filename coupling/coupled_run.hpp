@@ -11,7 +11,7 @@ class FixCoupleFluid;
 ///
 /// Moves the grains with the fluid until the fluid's time is up, or for N fluid steps. It takes the
 /// place of `run`: thermo, dump and every fix work as they do there, on LIGGGHTS' own steps, of
-/// which a fluid step holds 15.
+/// which a fluid step holds coupling.dem_steps.
 ///
 /// When the fluid goes on from a checkpoint, the coupled_runs of the script that were over by then
 /// are passed over, and the one that was under way begins with the spheres of the checkpoint.

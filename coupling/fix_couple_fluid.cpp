@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -398,7 +399,8 @@ std::vector<StateRecord> FixCoupleFluid::states(bool with_fixed) const {
 
 void FixCoupleFluid::shake_hands() {
   if (side_->introduced()) return;
-  check_atoms();
+  check_fixed();
+  told_fixed_ = fingerprint_of_fixed();
   const DemFacts facts = collect_facts();
   side_->introduce(facts, describe_effects(), states(true));
   // Atoms change rank when neighbour lists are built, by then at most a skin out of the region;
@@ -410,7 +412,7 @@ void FixCoupleFluid::shake_hands() {
 }
 
 // A fixed sphere that something moves would leave its markers behind.
-void FixCoupleFluid::check_atoms() const {
+void FixCoupleFluid::check_fixed() const {
   const Mobility mobility(lmp);
   const auto moving =
       lowest_tag([&](int i) { return is_fixed(atom->mask[i]) && !mobility.held(atom->mask[i]); });
@@ -420,6 +422,25 @@ void FixCoupleFluid::check_atoms() const {
                          "by an integrating fix; freeze it ('fix ID GROUP freeze') or keep the "
                          "integrating fix to the other atoms",
                          *moving));
+  if (side_->introduced() && fingerprint_of_fixed() != told_fixed_)
+    stop_run(lmp,
+             "fix couple/fluid: the spheres of the group behind 'fixed' are no more those of the "
+             "coupled_run before (number, place, speed, size), and the fluid hears of them once; "
+             "leave them as they are between two coupled_runs");
+}
+
+// The same on any ranks and in any order: FNV-1a of each sphere, and their exclusive or.
+std::uint64_t FixCoupleFluid::fingerprint_of_fixed() const {
+  std::uint64_t all = 0;
+  for (const StateRecord& sphere : states(true)) {
+    if (sphere.mobile != 0) continue;
+    std::uint64_t hash = 14695981039346656037ULL;
+    for (const std::uint64_t word :
+         std::bit_cast<std::array<std::uint64_t, sizeof(StateRecord) / 8>>(sphere))
+      hash = (hash ^ word) * 1099511628211ULL;
+    all ^= hash;
+  }
+  return reduced(all, MPI_UINT64_T, MPI_BXOR, world);
 }
 
 DemFacts FixCoupleFluid::collect_facts() const {

@@ -56,7 +56,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   /// Tells the fluid about the scene, the first time only.
   void shake_hands();
   double fluid_time_step() const { return dt_fluid_; }
-  /// Holds the fluid's time step: LIGGGHTS' own becomes a fifteenth of it, everywhere.
+  /// Holds the fluid's time step: LIGGGHTS' own becomes its part, everywhere.
   void set_time_step(double fluid_time_step);
   /// Waits for the next stage's loads, or for another order of the fluid. `first`: atoms may have
   /// changed rank since the last motion was sent.
@@ -76,6 +76,9 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   void check_motion() const;
   /// Ends LIGGGHTS with a sentence where the script has given spheres other numbers. Collective.
   void check_tags() const;
+  /// The same where a fixed sphere is moved by a fix, or where the fixed ones are no more those that
+  /// the fluid heard of. Collective.
+  void check_fixed() const;
   /// Only coupled_run may move the spheres while this fix exists.
   void allow_run(bool allowed) { run_allowed_ = allowed; }
 
@@ -94,7 +97,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   /// As fix collision/table counts them; -1: there is none. Collective.
   std::int64_t finished_collisions() const;
   std::vector<StateRecord> states(bool with_fixed) const;
-  void check_atoms() const;
+  std::uint64_t fingerprint_of_fixed() const;
   /// Of all ranks' atoms i for which holds(i). Collective.
   template <class Condition>
   std::optional<int> lowest_tag(Condition holds) const;
@@ -102,6 +105,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
 
   DemSide* side_;
   int fixed_bit_ = 0;
+  std::uint64_t told_fixed_ = 0;  ///< fingerprint of the fixed spheres that the fluid heard of
   bool run_allowed_ = false;
   LAMMPS_NS::FixPropertyAtom* force_ = nullptr;
   LAMMPS_NS::FixPropertyAtom* torque_ = nullptr;

@@ -154,6 +154,12 @@ def edited(tmp_path, script, old, new):
 
 
 FIX = "fix             fluid all couple/fluid fixed bed"
+NO_MORE = "are no more those of the coupled_run before"
+
+
+def between(change):
+    """Two coupled runs with a change between them."""
+    return f"\ncoupled_run steps 2\n{change}\ncoupled_run"
 
 
 @pytest.mark.parametrize(
@@ -169,6 +175,11 @@ FIX = "fix             fluid all couple/fluid fixed bed"
         (FIX, FIX + "s", "'beds'"),
         (FIX, FIX.replace("fixed", "fixt"), "'fixt'"),
         ("hold bed freeze", "hold bed nve/sphere", "is moved by an integrating fix"),
+        ("\ncoupled_run", between("unfix hold\nfix more bed nve/sphere"), "is moved by an integrating fix"),
+        ("\ncoupled_run", between("group one id 1\ndelete_atoms group one compress no"), NO_MORE),
+        ("\ncoupled_run", between("group bed id 5"), NO_MORE),
+        ("\ncoupled_run", between("displace_atoms bed move 0.01 0 0 units box"), NO_MORE),
+        ("\ncoupled_run", between("set group bed diameter 0.41"), NO_MORE),
         ("atom_modify     map array", "", "atom_modify map array"),
     ],
 )
