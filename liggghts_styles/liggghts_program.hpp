@@ -21,9 +21,15 @@ class LiggghtsProgram {
   /// The run ended as it should: MPI_Finalize may come.
   void finish();
 
+  /// What the end of MPI has to know.
+  struct Ending {
+    bool clean = false;
+    int rank = 0;  ///< among LIGGGHTS' ranks
+  };
+
  private:
   int key_ = MPI_KEYVAL_INVALID;
-  bool clean_ = false;
+  Ending ending_;
   VtkCommunicator vtk_;
 };
 
