@@ -232,11 +232,17 @@ void FixCollisionTable::pre_neighbor() {
     place = open_.erase(place);
   }
   const std::vector<double> all = gather(leaving);
-  for (std::size_t n = 0; n < all.size(); n += record_size) {
-    Record r;
-    std::memcpy(&r, &all[n], sizeof(Record));
-    if (is_mine(r.tag)) open_.emplace(key_of(r), r);
-  }
+  if (all.empty()) return;
+  std::vector<Record> records(all.size() / record_size);
+  std::memcpy(records.data(), all.data(), all.size() * sizeof(double));
+  std::vector<int> taken(records.size(), 0);
+  for (std::size_t n = 0; n < records.size(); ++n)
+    if (is_mine(records[n].tag)) taken[n] = open_.emplace(key_of(records[n]), records[n]).second;
+  MPI_Allreduce(MPI_IN_PLACE, taken.data(), static_cast<int>(taken.size()), MPI_INT, MPI_MAX,
+                world);
+  if (comm->me != 0) return;
+  for (std::size_t n = 0; n < records.size(); ++n)
+    if (taken[n] == 0) finish(records[n]);  // its sphere is gone
 }
 
 void FixCollisionTable::post_run() { write(); }

@@ -244,3 +244,25 @@ def test_spheres_come_and_go(tmp_path):
     assert opening == pytest.approx([0.1 * e] * 2, rel=2e-3)
     # Sphere 1 keeps the speed that it had when its partner vanished.
     assert 0 < end.v[0, 0] < 0.1
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+@pytest.mark.parametrize("gone", [1, 2])
+def test_the_contact_of_a_sphere_that_is_deleted_has_its_row(tmp_path, ranks, gone):
+    """One of two spheres leaves the box in mid-contact, where LIGGGHTS deletes it when it builds lists:
+    the contact ends with it, whichever of its partners keeps it and on whatever rank."""
+    left = 0.1 - 5e-4
+    pair = [Sphere((left, 0.0, 0.0), (0.1, 0, 0)), Sphere((left - D - 1e-5, 0.0, 0.0), (0.2, 0, 0))]
+    scene = Scene(
+        pair if gone == 1 else pair[::-1],
+        restitution=0.8,
+        lines=["fix table all collision/table file table.csv", "neigh_modify every 1 check no"],
+    )
+    end = scene.run(tmp_path, 100, ranks)
+    assert list(end.tag) == [3 - gone]
+    table = read_table(tmp_path / "table.csv")
+    assert list(zip(table["tag_i"], table["tag_j"])) == [(1, 2)]
+    # The other has lost the momentum that the table says, a part of a whole collision's.
+    assert 0.12 < end.v[0, 0] < 0.19
+    taken = pair[0].mass * (0.2 - end.v[0, 0])
+    assert table["impulse_normal"] == pytest.approx(taken, rel=0.05)
