@@ -164,6 +164,7 @@ bool CoupledRun::next_stage(FixCoupleFluid& fluid) {
 void CoupledRun::write_checkpoint(FixCoupleFluid& fluid) {
   fluid.keep_forces();
   modify->setup_pre_exchange();
+  update->update_time();  // the steps so far have this length, those of a restart maybe another
   const GrainsState state(lmp, fluid.stage().step);
   state.write(fluid.side().checkpoint_file());
   fluid.side().confirm_checkpoint();

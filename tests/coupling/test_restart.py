@@ -67,6 +67,21 @@ def test_to_round_off_on_other_ranks(whole, tmp_path):
         assert np.abs(a[name] - b[name]).max() < 1e-11
 
 
+def test_the_clock_of_a_run_that_goes_on_with_another_step(tmp_path):
+    """Four steps of 0.02 and four of 0.01, by LIGGGHTS' own time."""
+    text = (SCENE / "in.liggghts").read_text()
+    clock = 'variable now equal time\nfix clock all print 15 "${now}" file ${out}/clock.txt screen no\n'
+    script = tmp_path / "in.liggghts"
+    script.write_text(text.replace("thermo ", clock + "thermo "))
+    first, second = tmp_path / "first", tmp_path / "second"
+    result = job(first, "--steps", "4", "--set", "checkpoint.every=0.08", script=script)
+    assert result.status == 0, result.output
+    result = job(second, "--steps", "4", "--set", "time.step=0.01", restart=first, script=script)
+    assert result.status == 0, result.output
+    times = [float(line) for line in (second / "clock.txt").read_text().split("\n")[1:] if line]
+    assert times[-4:] == pytest.approx([0.09, 0.1, 0.11, 0.12], rel=1e-9)
+
+
 def test_two_checkpoints_are_kept(tmp_path):
     out = tmp_path / "out"
     result = job(out, "--steps", "8", "--set", "checkpoint.every=0.04")
