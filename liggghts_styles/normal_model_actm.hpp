@@ -68,6 +68,8 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
   void postSettings(IContactHistorySetup*, ContactModelBase*) override {}
 
   void connectToProperties(PropertyRegistry&) override {
+    // Shipped tangential and rolling models forget a contact when its surfaces are close by.
+    neighbor->register_contact_dist_factor(close_by);
     restitution_ = bedload::read_pair_property(lmp, "normal model actm", "coefficientRestitution",
                                                bedload::contact::minimum_restitution, 1.0);
     calibrations_.clear();
@@ -263,6 +265,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     return inverse > 0 ? 1 / inverse : 0.0;
   }
 
+  static constexpr double close_by = 1.01;  ///< distance over that at the touch, as LIGGGHTS' hertz
   static constexpr int settling_stride = 8;  ///< steps between two looks at an enduring contact
 
   /// A contact that is hit this many times faster than it was calibrated for would last less than

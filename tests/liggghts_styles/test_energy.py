@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from liggghts_script import Scene, Sphere, dump_now, read_dump
+from liggghts_script import Scene, Sphere, dump_now, read_dump, read_table
 
 D = 0.01
 SPEED = 0.1
@@ -124,3 +124,25 @@ def test_momentum_of_an_oblique_pair(tmp_path, contact):
     assert np.max(np.abs(end.spin - start.spin)) > 1
     l0, l1 = (angular_momentum(scene.spheres, s) for s in (start, end))
     assert l1 == pytest.approx(l0, abs=1e-11 * np.max(np.abs(l0)))
+
+
+def test_a_pair_that_meets_again_remembers_nothing(tmp_path):
+    """A sphere that a frictionless wall throws back on the one it came from, spinning now: the spring of
+    `tangential history` begins anew. LIGGGHTS forgets it at the latest when lists are built, so a run that
+    builds them in each step has to give the same; the old spring would push sideways by some per cent."""
+    wall = f"fix wall all wall/gran model actm tangential off primitive type 1 xplane {1.6 * D}"
+    ends = []
+    for n, often in enumerate(("", "neigh_modify every 1 check no")):
+        scene = Scene(
+            [Sphere((0.0, 0.0, 0.0)), Sphere((1.001 * D, 0.0, 0.0), (-SPEED, 0.5 * SPEED, 0.0))],
+            skin=0.05,
+            friction=0.5,
+            contact="model actm tangential history",
+            lines=["group still id 1", "fix hold still freeze", wall,
+                   "fix table all collision/table file table.csv", *([often] if often else [])],
+        )  # fmt: skip
+        ends.append(scene.run(tmp_path / str(n), 900))
+    table = read_table(tmp_path / "0" / "table.csv")
+    assert list(table["tag_j"]) == [2, -1, 2], "pair, wall, pair"
+    for found, wanted in ((ends[0].v, ends[1].v), (ends[0].spin, ends[1].spin)):
+        assert found == pytest.approx(wanted, abs=1e-9 * np.max(np.abs(wanted)))
