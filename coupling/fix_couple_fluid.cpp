@@ -366,7 +366,9 @@ void FixCoupleFluid::project_forces() {
 
 void FixCoupleFluid::send_motion() {
   check_motion();
-  if (done_.stage == 0) collisions_ = finished_collisions();
+  // Once per step: behind the first sub-steps.
+  if (done_.stage == 0 || !DemSteps{side_->facts().dem_steps}.exchange_in(0))
+    collisions_ = finished_collisions();
   done_.collisions = collisions_;
   done_.ended = clock_seconds();
   try {

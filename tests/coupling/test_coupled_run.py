@@ -118,6 +118,7 @@ def test_exchange_once_per_step(folders, tmp_path, steps, ranks):
     assert max(float(row["momentum_residual"]) for row in history) < 1e-13
     line = rows(tmp_path / "out" / "timeline.csv")
     assert [row["part"] for row in line].count("grain motion") == 1
+    assert "collisions 0" in result.output, "fix collision/table counts, none yet"
     _, each_stage = mobile_spheres(folders[(1, 1)])
     apart = np.abs(path - each_stage[: len(motion)][which[:, 1] == 10])[:, 1].max()
     # The fluid meets the sphere as it was at the begin of the step, a delay of a step's change of speed.
