@@ -100,6 +100,14 @@ FixCoupleFluid::FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp_, int narg, char** arg)
   if (atom->map_style == 0)
     stop_run(lmp, "fix couple/fluid needs the line 'atom_modify map array' before the box is made");
 
+  Fix* const table = modify->find_fix_style_strict("collision/table", 0);
+  int dimension = 0;
+  if (table != nullptr && table->extract("started", dimension) != nullptr)
+    stop_run(
+        lmp,
+        "fix couple/fluid: the fix collision/table stands before a dry run, and --restart would "
+        "begin its table anew; put it behind the dry run");
+
   vector_flag = 1;
   size_vector = 6;
   global_freq = 1;

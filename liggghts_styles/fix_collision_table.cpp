@@ -250,6 +250,11 @@ void FixCollisionTable::post_run() { write(); }
 double FixCollisionTable::compute_scalar() {
   double mine = static_cast<double>(finished_.size()), all = 0;
   MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_SUM, world);
+void* FixCollisionTable::extract(const char* name, int& dimension) {
+  dimension = 0;
+  return std::string_view(name) == "started" && started_ ? &started_ : nullptr;
+}
+
   return all + static_cast<double>(count_);
 }
 

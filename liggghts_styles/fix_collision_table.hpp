@@ -50,6 +50,8 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   void setup(int) override;
   double compute_scalar() override;
 
+  /// "started": not null once a run has begun the table.
+  void* extract(const char* name, int& dimension) override;
   void write_restart(std::FILE* file) override;
   void restart(char* buffer) override;
   int pack_restart(int i, double* buffer) override;

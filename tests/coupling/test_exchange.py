@@ -91,6 +91,17 @@ def test_script_around_and_between_coupled_runs(tmp_path, ranks):
     assert (tmp_path / "motion.txt").read_text().count("TIMESTEP") == 8
 
 
+def test_a_table_that_a_restart_would_begin_anew(tmp_path):
+    """A dry run is done again by --restart, and a table that was there before it would lose its rows."""
+    table = "fix table all collision/table file table.csv\n"
+    before = edited(tmp_path, "staged.liggghts", "timestep ", table + "timestep ")
+    result = run(command(stand_in(), liggghts(before)), tmp_path, timeout=LIMIT)
+    assert result.status != 0
+    assert "put it behind the dry run" in result.output
+    behind = edited(tmp_path, "staged.liggghts", "group           first", table + "group first")
+    job(tmp_path, behind, "--steps", "1")
+
+
 @pytest.mark.parametrize("steps", [5, 10, 15])
 def test_the_fluid_may_end_within_any_coupled_run(tmp_path, steps):
     """In the first, where it ends, or in the second: what is left of the script passes, and the job
