@@ -365,11 +365,10 @@ void FixCoupleFluid::hold_loads() {
 // Fixes that project forces (a sphere held in its plane, say) and stand behind this one have seen
 // the old load; they see the new one now. Projecting twice changes nothing.
 void FixCoupleFluid::project_forces() {
-  constexpr std::array<std::string_view, 4> projecting{"freeze", "setforce", "lineforce",
-                                                       "planeforce"};
-  for (int n = modify->my_index(this) + 1; n < modify->nfix; ++n)
-    if (std::find(projecting.begin(), projecting.end(), modify->fix[n]->style) != projecting.end())
-      modify->fix[n]->post_force(0);
+  for (int n = modify->my_index(this) + 1; n < modify->nfix; ++n) {
+    const std::string_view their_style(modify->fix[n]->style);
+    if (their_style == "freeze" || projects_forces(their_style)) modify->fix[n]->post_force(0);
+  }
 }
 
 void FixCoupleFluid::send_motion() {

@@ -48,11 +48,7 @@ int FixCollisionTable::setmask() {
 }
 
 void FixCollisionTable::init() {
-  if (!attached_) {
-    stop_run(lmp,
-             "fix collision/table works with pair_style gran and a contact model that bedload "
-             "knows: normal actm, rpm, hertz or hooke");
-  }
+  reporters_.check_pairs(lmp, style_name);
   if (started_ || comm->me != 0) {
     started_ = true;
     return;
@@ -135,6 +131,7 @@ void FixCollisionTable::end_of_step() {
 double FixCollisionTable::time() const { return clock_offset_ + update->get_cur_time(); }
 
 void FixCollisionTable::setup(int) {
+  reporters_.check_walls(lmp, style_name, groupbit);
   if (restarted_) clock_offset_ = restart_time_ - update->get_cur_time();
   restarted_ = false;
 }
@@ -250,12 +247,12 @@ void FixCollisionTable::post_run() { write(); }
 double FixCollisionTable::compute_scalar() {
   double mine = static_cast<double>(finished_.size()), all = 0;
   MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_SUM, world);
+  return all + static_cast<double>(count_);
+}
+
 void* FixCollisionTable::extract(const char* name, int& dimension) {
   dimension = 0;
   return std::string_view(name) == "started" && started_ ? &started_ : nullptr;
-}
-
-  return all + static_cast<double>(count_);
 }
 
 // Restart: with each sphere the contacts that it keeps, behind their number of values.

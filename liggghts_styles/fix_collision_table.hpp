@@ -9,6 +9,7 @@
 
 #include "fix.h"
 #include "liggghts_styles/keywords.hpp"
+#include "liggghts_styles/reporters.hpp"
 
 namespace bedload {
 
@@ -49,9 +50,9 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   void post_run() override;
   void setup(int) override;
   double compute_scalar() override;
-
   /// "started": not null once a run has begun the table.
   void* extract(const char* name, int& dimension) override;
+
   void write_restart(std::FILE* file) override;
   void restart(char* buffer) override;
   int pack_restart(int i, double* buffer) override;
@@ -63,7 +64,8 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   void touch(const ContactStep& step);
 
   /// Called by the contact models before a run: the table is fed.
-  void attach() { attached_ = true; }
+  /// @param wall fix of the wall; none: the pairs
+  void attach(const LAMMPS_NS::Fix* wall) { reporters_.add(wall); }
 
  private:
   /// A contact that is under way. Plain numbers only: it travels by MPI and in restart files.
@@ -93,7 +95,8 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
 
   std::string file_;
   std::int64_t every_ = static_cast<std::int64_t>(keywords[0].preset);
-  bool attached_ = false, started_ = false;
+  bool started_ = false;
+  Reporters reporters_;
   std::map<Key, Record> open_;
   std::vector<Row> finished_;
   std::int64_t count_ = 0;

@@ -56,8 +56,8 @@ void FixLubrication::pre_delete(bool unfix) {
   if (unfix && applied_ != nullptr) modify->delete_fix(store_id);
 }
 
-void FixLubrication::prepare() {
-  used_by_pairs_ = true;
+void FixLubrication::prepare(const LAMMPS_NS::Fix* wall) {
+  reporters_.add(wall);
   viscosity_ = viscosity_setting_ > 0 ? FluidValue::constant(viscosity_setting_)
                                       : FluidValue::find(lmp, "viscosity", "fluidViscosity");
   range_ = range_setting_;
@@ -83,10 +83,25 @@ void FixLubrication::prepare() {
 
 void FixLubrication::init() {
   mobility_ = Mobility(lmp);
-  if (!used_by_pairs_) {
-    stop_run(lmp,
-             "fix lubrication works with pair_style gran and a contact model that bedload knows: "
-             "normal actm, rpm, hertz or hooke");
+  reporters_.check_pairs(lmp, style_name);
+  refuse_projected_spheres();
+}
+
+// Films act when all other forces are known, behind the fixes that hold a sphere in its plane or at
+// its speed.
+void FixLubrication::refuse_projected_spheres() const {
+  for (int n = 0; n < modify->nfix; ++n) {
+    const Fix& other = *modify->fix[n];
+    if (!projects_forces(other.style)) continue;
+    const auto is_in_both = [&](int mask) {
+      return (mask & groupbit) != 0 && (mask & other.groupbit) != 0 && !mobility_.held(mask);
+    };
+    const bool mine = std::any_of(atom->mask, atom->mask + atom->nlocal, is_in_both);
+    if (sum_over_ranks(mine ? 1 : 0) > 0)
+      stop_run(lmp, fmt::format("{}: the films act behind 'fix {} {}' and would push its spheres "
+                                "where they must not go; hold them by fix freeze or nve/noforce, "
+                                "or leave them out of the group of {}",
+                                style_name, other.id, other.style, style_name));
   }
 }
 
@@ -250,6 +265,7 @@ void FixLubrication::pre_final_integrate() {
 
 // At the start of a run the forces of the last step are wanted again.
 void FixLubrication::setup(int) {
+  reporters_.check_walls(lmp, style_name, groupbit);
   const auto now = static_cast<double>(update->ntimestep);
   for (int i = 0; i < atom->nlocal; ++i) {
     const double* applied = applied_->array_atom[i];

@@ -7,6 +7,7 @@
 #include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
+#include "liggghts_styles/reporters.hpp"
 
 namespace LAMMPS_NS {
 class FixPropertyAtom;
@@ -57,7 +58,8 @@ class FixLubrication : public LAMMPS_NS::Fix {
   void unpack_comm(int count, int first, double* buffer) override;
 
   /// Called by the contact models of pairs and walls before a run: settles range and viscosity.
-  void prepare();
+  /// @param wall fix of the wall; none: the pairs
+  void prepare(const LAMMPS_NS::Fix* wall);
 
   /// Surfaces that do not touch, `gap` apart. @param j other sphere (local index), -1 for a wall
   /// @param normal unit vector towards i  @param wall_velocity velocity of the wall [m/s]
@@ -85,6 +87,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   double inverse_mass(int i) const;
   double inverse_mass(const Film& film) const;
   bool none_anywhere() const;
+  void refuse_projected_spheres() const;
   void solve_alone();
   void solve_together();
   void accelerate(const std::vector<double>& forces);
@@ -95,7 +98,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   double viscosity_now_ = 0, range_ = 0;
   FluidValue viscosity_;
   Mobility mobility_;
-  bool used_by_pairs_ = false;
+  Reporters reporters_;
   std::vector<Film> films_;
   std::vector<Vector> accelerations_;  // of local and ghost spheres [m/s²]
   bool stale_ = true;                  // lubricationForce holds something that is not of this step

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 namespace LAMMPS_NS {
 class LAMMPS;
 }
@@ -29,5 +31,10 @@ class Mobility {
   int integrated_ = 0;  // group bits that a time-integrating fix moves
   int held_ = 0;        // group bits that move as prescribed or not at all
 };
+
+/// Whether fixes of this style take components out of the forces that stand when they act.
+inline bool projects_forces(std::string_view style) {
+  return style == "setforce" || style == "lineforce" || style == "planeforce";
+}
 
 }  // namespace bedload

@@ -40,8 +40,8 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
     LAMMPS_NS::Modify& modify = *lmp_->modify;
     lubrication_ = static_cast<FixLubrication*>(modify.find_fix_style_strict("lubrication", 0));
     table_ = static_cast<FixCollisionTable*>(modify.find_fix_style_strict("collision/table", 0));
-    if (lubrication_ != nullptr) lubrication_->prepare();
-    if (table_ != nullptr) table_->attach();
+    if (lubrication_ != nullptr) lubrication_->prepare(wall_);
+    if (table_ != nullptr) table_->attach(wall_);
     mobility_ = Mobility(lmp_);
   }
 

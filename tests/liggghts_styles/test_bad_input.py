@@ -7,6 +7,17 @@ from liggghts_script import Scene, Sphere, launch
 PAIR = [Sphere((0.0, 0.0, 0.0)), Sphere((0.02, 0.0, 0.0))]
 FILM = "fix film all lubrication"
 WEIGHT = "fix weight all gravity 9.81 vector 0 -1 0"
+SOFT_FILM = f"{FILM} viscosity 1e-3 range 4e-4"
+TABLE = "fix t all collision/table file t.csv"
+SHIPPED = [
+    "fix p1 all property/global youngsModulus peratomtype 5e6",
+    "fix p2 all property/global poissonsRatio peratomtype 0.3",
+    "fix p3 all property/global coefficientRollingFriction peratomtypepair 1 0.05",
+    "fix p4 all property/global cohesionEnergyDensity peratomtypepair 1 1e3",
+]
+HERTZ = "model hertz tangential history"
+UNHEARD = f"fix floor all wall/gran {HERTZ} rolling_friction cdt primitive type 1 yplane -0.05"
+HEARD = f"fix floor all wall/gran {HERTZ} primitive type 1 yplane -0.05"
 
 # Per case: what differs from a good scene, and words of the sentence: what is wrong, what was found,
 # what is allowed or missing.
@@ -74,6 +85,26 @@ CASES = {
     "two lubrications": (
         dict(lines=[f"{FILM} viscosity 1e-3 range 1e-3", "fix b all lubrication"]),
         ["there is one already"],
+    ),
+    "films in a plane": (
+        dict(lines=[SOFT_FILM, "fix plane all setforce NULL NULL 0.0"]),
+        ["fix lubrication", "'fix plane setforce'", "leave them out of the group"],
+    ),
+    "films of a wall that is not heard": (
+        dict(properties=SHIPPED, lines=[SOFT_FILM, UNHEARD]),
+        ["fix lubrication does not hear of the wall 'floor'", "leave the wall's spheres out"],
+    ),
+    "rows of a wall that is not heard": (
+        dict(properties=SHIPPED, lines=[TABLE, UNHEARD]),
+        ["fix collision/table does not hear of the wall 'floor'"],
+    ),
+    "films of pairs that are not heard": (
+        dict(contact=f"{HERTZ} cohesion sjkr", properties=SHIPPED, lines=[HEARD, SOFT_FILM]),
+        ["fix lubrication works with pair_style gran", "actm, rpm, hertz or hooke"],
+    ),
+    "rows of pairs that are not heard": (
+        dict(contact=f"{HERTZ} cohesion sjkr", properties=SHIPPED, lines=[HEARD, TABLE]),
+        ["fix collision/table works with pair_style gran"],
     ),
     "skin too small for lubrication": (
         dict(
@@ -143,6 +174,24 @@ def test_the_good_scene_runs(tmp_path):
     """What the cases above differ from."""
     scene = Scene(PAIR, contact="model actm tangential haff_werner")
     scene.run(tmp_path, 10)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_what_the_fixes_do_not_need_to_hear_of(tmp_path, ranks):
+    """A wall of another model and a sphere in its plane are allowed where the group of the fixes has no
+    sphere of theirs that can move; and a wall may change its model between two runs."""
+    scene = Scene(
+        [*PAIR, Sphere((0.0, 0.03, 0.0)), Sphere((0.0, -0.03, 0.0))],
+        contact="model actm tangential haff_werner",
+        properties=SHIPPED,
+        lines=[
+            "group wet id 1 2 3", "group dry id 4", "group held id 3", "group lower id 3 4",
+            SOFT_FILM.replace(" all ", " wet "), TABLE.replace(" all ", " wet "),
+            UNHEARD.replace(" all ", " lower "), "fix plane lower setforce NULL NULL 0.0",
+        ],
+        integrate="group free subtract all held\nfix integrate free nve/sphere",
+    )  # fmt: skip
+    scene.run(tmp_path, ["run 5", "unfix floor", HEARD, "run 5"], ranks)
 
 
 def test_all_ranks_end(tmp_path):
