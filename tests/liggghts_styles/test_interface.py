@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from liggghts_script import Scene, Sphere
+from liggghts_script import Scene, Sphere, read_table
 
 D = 0.01
 
@@ -88,3 +88,51 @@ def test_values_of_a_contact_in_dump_local(tmp_path):
     assert friction @ friction <= (0.15 * value["force"]) ** 2 * (1 + 1e-5)
     shown = np.array([value["fx"], value["fy"], value["fz"]])
     assert shown @ shown == pytest.approx(value["force"] ** 2 + friction @ friction, rel=1e-4)
+
+
+WEIGHT = ["group some type 1", "group none subtract all some", "fix weight none gravity 9.81 vector 0 -1 0"]
+
+
+def test_force_of_rpm(tmp_path):
+    """F = ε m_p g ((S - ζ)/S)² at a gap of S/4, on both partners: m_p is the sphere's mass at a wall and at
+    a held sphere, and twice the reduced mass of two that move, of whatever sizes."""
+    reach, strength, gap = 4e-4, 7.0, 1e-4
+    small = 0.6 * D
+    spheres = [
+        Sphere((0, 0.02, 0)), Sphere((0, 0.02, (D + small) / 2 + gap), diameter=small),  # free pair
+        Sphere((0.03, 0.02, 0)), Sphere((0.03, 0.02, (D + small) / 2 + gap), diameter=small),  # first held
+        Sphere((0.06, D / 2 + gap, 0)),  # at the wall
+    ]  # fmt: skip
+    settings = f"range {reach} strength {strength}"
+    wall = f"fix floor all wall/gran model rpm primitive type 1 yplane 0.0 {settings}"
+    scene = Scene(
+        spheres, contact="model rpm", settings=settings,
+        lines=[wall, *WEIGHT, "group held id 3", "fix hold held freeze", "group free subtract all held"],
+        integrate="fix integrate free nve/sphere",
+    )  # fmt: skip
+    force = scene.run(tmp_path, 0).f
+    weights = [s.mass * 9.81 for s in spheres]
+    share = strength * 0.75**2
+    pair = share * 2 * weights[0] * weights[1] / (weights[0] + weights[1])
+    assert force[0] == pytest.approx([0, 0, -pair], rel=1e-9)
+    assert force[1] == pytest.approx([0, 0, pair], rel=1e-9)
+    assert force[3] == pytest.approx([0, 0, share * weights[3]], rel=1e-9)
+    assert force[4] == pytest.approx([0, share * weights[4], 0], rel=1e-9)
+
+
+def test_default_strength_of_rpm(tmp_path):
+    """Two equal spheres that meet at sqrt(g D) are in range of each other for collisionSteps fluid steps,
+    within the DEM step; twice the strength would take 0.79 of that."""
+    u, steps, step = np.sqrt(9.81 * D), 8, 1e-3
+    scene = Scene(
+        [Sphere((0, 0, 0), (u, 0, 0)), Sphere((D + 4.3e-4, 0, 0))],
+        contact="model rpm",
+        settings=f"range 4e-4 collisionSteps {steps}",
+        fluid_step=step,
+        lines=[*WEIGHT, "fix table all collision/table file table.csv"],
+    )
+    scene.run(tmp_path, 40 * scene.substeps)
+    table = read_table(tmp_path / "table.csv")
+    lasted = table["time_end"] - table["time_start"]
+    assert lasted == pytest.approx([steps * step], abs=1.5 * scene.dt)
+    assert table["rebound_speed_normal"] == pytest.approx([u], rel=1e-2)

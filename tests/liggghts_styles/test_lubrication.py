@@ -91,6 +91,25 @@ def test_gap_closes_as_it_should(tmp_path, d2):
         assert sum(momentum) == pytest.approx(0, abs=1e-12 * abs(momentum[0]))
 
 
+def test_below_the_smallest_gap(tmp_path):
+    """There the film no longer stiffens: a constant force closes the gap at the constant speed
+    F ζ_min/(6πμR_eff²), ζ_min being a share of the smaller sphere's radius (of the larger one's it would be
+    four times that); the start from rest takes m/c, c = 6πμR_eff²/ζ_min."""
+    share, d2, gap = 0.16, D / 4, 1.8e-4
+    scene = pushed_pair(15, d2=d2, gap=gap, settings=f"range {RANGE} gapMin {share}")
+    steps = 400
+    end = scene.run(tmp_path, steps)
+    time = steps * scene.dt
+    masses = [s.mass for s in scene.spheres]
+    pair = (D * d2 / (D + d2) / 2, share * d2 / 2, masses[0] * masses[1] / (masses[0] + masses[1]))
+    wall = (D / 2, share * D / 2, masses[2])
+    for found, (radius, smallest, mass) in zip(gaps(scene, end), (pair, wall), strict=True):
+        c = 6 * np.pi * MU * radius**2 / smallest
+        closed = PUSH / c * (time - mass / c * (1 - np.exp(-time * c / mass)))
+        assert gap < smallest and closed > 0.04 * gap
+        assert gap - found == pytest.approx(closed, rel=5e-3)
+
+
 def test_force_is_the_formula_where_resolved(tmp_path):
     """One step from a known speed: the change of momentum is -6πμR²/ζ g Δt to first order in
     c Δt/m = 0.004, exactly to second order."""

@@ -163,3 +163,20 @@ def test_table_has_every_collision(at_fifteen):
     change = mass * (table["impact_speed_normal"] + table["rebound_speed_normal"])[walls]
     assert table["impulse_normal"][walls] == pytest.approx(change, rel=1e-9)
     assert np.max(table["impulse_tangential"]) < 1e-12 * np.max(table["impulse_normal"])
+
+
+def test_table_has_the_place_of_every_collision(at_fifteen):
+    """Where the surfaces met: on the wall x = 0, or at the partner's surface, which is 0.1 plus its radius
+    and where it has moved to; across it to the last digit, along it within the way of a step."""
+    table = at_fifteen[1]
+    scene, cases = make_scene(15)
+    row = {(i, j): n for n, (i, j) in enumerate(zip(table["tag_i"], table["tag_j"], strict=True))}
+    for kind, e, mover, partner, *_ in cases:
+        n = row[(mover, -1) if partner is None else (partner, mover)]
+        met = 0.0
+        if partner is not None:
+            other = scene.spheres[partner - 1]
+            met = 0.1 + other.diameter / 2 + other.velocity[0] * table["time_start"][n]
+        assert table["x"][n] == pytest.approx(met, abs=SPEED * scene.dt), (kind, e)
+        across = scene.spheres[mover - 1].position[1:]
+        assert (table["y"][n], table["z"][n]) == pytest.approx(across, abs=1e-12), (kind, e)

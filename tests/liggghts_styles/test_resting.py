@@ -61,20 +61,25 @@ def test_rest_in_a_pocket(tmp_path, count, restitution, tangential):
     assert np.max(overlaps) < RESTING_OVERLAP * D / 2
 
 
-def test_resting_overlap_is_what_weight_asks_for(tmp_path):
-    """On a flat wall one contact bears the whole weight: k δ^{3/2} = W with the k that lets W press in
-    by restingOverlap, so δ is that very number. Twice the stiffness would give 0.63 of it."""
+@pytest.mark.parametrize("fluid", [0.0, 1000.0, 6000.0])
+def test_resting_overlap_is_what_weight_asks_for(tmp_path, fluid):
+    """On a flat wall one contact bears the whole weight: k δ^{3/2} = W with the k that lets the submerged
+    weight W |1 - ρ_f/ρ_p| press in by restingOverlap, so without a fluid δ is that very number. Twice the
+    stiffness would give 0.63 of it. (No fluid is here to carry the rest of W: δ is larger, or smaller.)"""
+    submerged = abs(1 - fluid / Sphere((0, 0, 0)).density)
     scene = Scene(
         [Sphere((0.0, D / 2 + 1e-6, 0.0), velocity=(0, -1e-4, 0), diameter=D)],
         contact="model actm",
         restitution=0.5,
+        properties=[f"fix m4 all property/global fluidDensity scalar {fluid}"] if fluid > 0 else [],
         lines=[
             f"fix weight all gravity {G} vector 0 -1 0",
             "fix floor all wall/gran model actm primitive type 1 yplane 0.0",
         ],
     )
     end = scene.run(tmp_path, 100000)
-    assert D / 2 - end.x[0, 1] == pytest.approx(RESTING_OVERLAP * D / 2, rel=0.05)
+    expected = RESTING_OVERLAP * D / 2 * submerged ** (-2 / 3)
+    assert D / 2 - end.x[0, 1] == pytest.approx(expected, rel=0.05)
 
 
 def heap(restitution, tangential="history", layers=8, width=8, settings=""):
