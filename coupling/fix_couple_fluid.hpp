@@ -76,8 +76,8 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   void check_motion() const;
   /// Ends LIGGGHTS with a sentence where the script has given spheres other numbers. Collective.
   void check_tags() const;
-  /// The same where a fixed sphere is moved by a fix, or where the fixed ones are no more those that
-  /// the fluid heard of. Collective.
+  /// The same where a fixed sphere is moved by a fix, or where the fixed ones are no more those
+  /// that the fluid heard of. Collective.
   void check_fixed() const;
   /// Only coupled_run may move the spheres while this fix exists.
   void allow_run(bool allowed) { run_allowed_ = allowed; }

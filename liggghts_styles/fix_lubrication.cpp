@@ -122,12 +122,10 @@ void FixLubrication::add(int i, int j, double gap, double effective_radius, doub
   films_.push_back(film);
 }
 
-double FixLubrication::inverse_mass(int i) const {
-  return mobility_.inverse_mass(atom->mask[i], atom->rmass[i]);
-}
+double FixLubrication::inverse_mass(int i) const { return mobility_.inverse_mass(*atom, i); }
 
 double FixLubrication::inverse_mass(const Film& film) const {
-  return inverse_mass(film.i) + (film.j < 0 ? 0.0 : inverse_mass(film.j));
+  return mobility_.inverse_mass(*atom, film.i, film.j);
 }
 
 double FixLubrication::sum_over_ranks(double mine) const {

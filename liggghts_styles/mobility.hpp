@@ -2,6 +2,8 @@
 
 #include <string_view>
 
+#include "atom.h"
+
 namespace LAMMPS_NS {
 class LAMMPS;
 }
@@ -26,6 +28,14 @@ class Mobility {
 
   /// 1/mass, 0 for a held particle [1/kg].
   double inverse_mass(int mask, double mass) const { return held(mask) ? 0.0 : 1.0 / mass; }
+  double inverse_mass(const LAMMPS_NS::Atom& atom, int i) const {
+    return inverse_mass(atom.mask[i], atom.rmass[i]);
+  }
+
+  /// That of the reduced mass of two particles, or of one and a wall (j < 0) [1/kg].
+  double inverse_mass(const LAMMPS_NS::Atom& atom, int i, int j) const {
+    return inverse_mass(atom, i) + (j < 0 ? 0.0 : inverse_mass(atom, j));
+  }
 
  private:
   int integrated_ = 0;  // group bits that a time-integrating fix moves

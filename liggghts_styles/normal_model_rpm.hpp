@@ -109,8 +109,8 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
   /// The mass m_p of the formula: twice the reduced mass of two spheres (m_p for equal ones), the
   /// mobile one's mass against a wall or a held sphere.
   double mass(const SurfacesCloseData& s) const {
-    const double wi = mobility_.inverse_mass(atom->mask[s.i], atom->rmass[s.i]);
-    const double wj = s.is_wall ? 0.0 : mobility_.inverse_mass(atom->mask[s.j], atom->rmass[s.j]);
+    const double wi = mobility_.inverse_mass(*atom, s.i);
+    const double wj = s.is_wall ? 0.0 : mobility_.inverse_mass(*atom, s.j);
     if (wi + wj == 0) return 0;
     return (wi > 0 && wj > 0 ? 2.0 : 1.0) / (wi + wj);
   }

@@ -86,9 +86,7 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
     const LAMMPS_NS::Atom& atom = *lmp_->atom;
     const double* f = forces.delta_F;
     if (f[0] == 0 && f[1] == 0 && f[2] == 0) return;
-    const double inverse_mass =
-        mobility_.inverse_mass(atom.mask[s.i], atom.rmass[s.i]) +
-        (s.is_wall ? 0.0 : mobility_.inverse_mass(atom.mask[s.j], atom.rmass[s.j]));
+    const double inverse_mass = mobility_.inverse_mass(atom, s.i, s.is_wall ? -1 : s.j);
     if (inverse_mass == 0) return;
     table_->touch({s.i,
                    s.is_wall ? -1 : s.j,

@@ -108,9 +108,8 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
  private:
   /// Reduced mass, with held partners and walls infinitely heavy; 0 if nothing can move [kg].
   double effective_mass(const SurfacesCloseData& s) const {
-    const double wi = mobility_.inverse_mass(atom->mask[s.i], atom->rmass[s.i]);
-    const double wj = s.is_wall ? 0.0 : mobility_.inverse_mass(atom->mask[s.j], atom->rmass[s.j]);
-    return wi + wj > 0 ? 1 / (wi + wj) : 0.0;
+    const double inverse = mobility_.inverse_mass(*atom, s.i, s.is_wall ? -1 : s.j);
+    return inverse > 0 ? 1 / inverse : 0.0;
   }
 
   [[gnu::always_inline]] void act(const SurfacesCloseData& s, const double* n, const double* slip,
