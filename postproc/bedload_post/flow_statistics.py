@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 
-from .outputs import MissingOutput, Run
+from .outputs import MissingOutput, Run, open_hdf5
 
 FILE = "statistics.h5"
 SQUARES = {"uu": ("u", "u"), "ww": ("w", "w"), "pp": ("p", "p"), "vv": ("v", "v"),
@@ -58,7 +57,7 @@ def read(run: Run) -> FlowStatistics:
     path = run.folder / FILE
     if not path.is_file():
         raise MissingOutput(f"{run.folder} has no {FILE} (statistics.every in fluid.toml).")
-    with h5py.File(path, "r") as file:
+    with open_hdf5(path) as file:
         numbers = {name: file.attrs[name] for name in file.attrs}
         profiles = {name: file["profiles"][name][:] for name in file["profiles"]}
         spectra = []

@@ -3,7 +3,7 @@
 import csv
 import math
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -87,7 +87,11 @@ class Run:
     @cached_property
     def settings(self) -> dict:
         """Every value in force, as nested tables."""
-        return tomllib.loads((self.folder / "settings.toml").read_text(encoding="utf-8"))
+        path = self.folder / "settings.toml"
+        try:
+            return tomllib.loads(path.read_text(encoding="utf-8"))
+        except tomllib.TOMLDecodeError as error:
+            raise MissingOutput(f"{path} is not whole: {error}.") from error
 
     def value(self, key: str):
         """One value by its dotted name, as fluid.toml has it."""
@@ -134,12 +138,12 @@ class Run:
         return np.where(periodic, self.box, np.inf)
 
     def table(self, file: str) -> dict[str, np.ndarray]:
-        """A CSV file by columns; columns that hold no numbers come as text."""
+        """A CSV file by columns, a row broken off left out; columns without numbers come as text."""
         path = self.folder / file
         if not path.is_file():
             raise MissingOutput(f"{self.folder} has no {file}.")
         with path.open(newline="", encoding="utf-8") as stream:
-            rows = csv.reader(stream)
+            rows = csv.reader(_whole(stream))
             header = next(rows, [])
             columns = list(zip(*(row for row in rows if len(row) == len(header)), strict=True))
         if not columns:
@@ -166,7 +170,7 @@ class Run:
             missing = [name for name in names if name not in header]
             if missing:
                 raise MissingOutput(f"{path} has no column '{missing[0]}'.")
-            lines = (line for line in stream if line.strip())
+            lines = (line for line in _whole(stream) if line.count(",") + 1 == len(header))
             first = next(lines, None)
             if first is None:
                 data = np.empty((0, 4))
@@ -220,7 +224,7 @@ class Run:
         if not path.is_file():
             yield None
             return
-        with h5py.File(path, "r") as file:
+        with open_hdf5(path) as file:
             yield file.get("mobile")
 
     def samples_of(self, tag: int, since: float = -math.inf) -> Samples:
@@ -235,7 +239,7 @@ class Run:
         """Centres (n, 3) and radii (n) of the bed; empty where there is none."""
         path = self.folder / "spheres.h5"
         if path.is_file():
-            with h5py.File(path, "r") as file:
+            with open_hdf5(path) as file:
                 if "fixed" in file:
                     return file["fixed/position"][:].reshape(-1, 3), file["fixed/radius"][:]
         return np.empty((0, 3)), np.empty(0)
@@ -245,7 +249,7 @@ class Run:
         path = self.folder / "fields.h5"
         if not path.is_file():
             raise MissingOutput(f"{self.folder} has no fields.h5.")
-        with h5py.File(path, "r") as file:
+        with open_hdf5(path) as file:
             steps = sorted(name for name in file if name.startswith("step_"))
             if not steps:
                 raise MissingOutput(f"{path} holds no snapshot.")
@@ -255,6 +259,21 @@ class Run:
                 *(file[f"grid/{axis}"][:] for axis in "xyz"),
                 *(group[name][:] for name in "uvw"),
             )  # fmt: skip
+
+
+@contextmanager
+def open_hdf5(path: Path) -> Iterator[h5py.File]:
+    """The file, to be read; raises MissingOutput where it or a part of it cannot be."""
+    try:
+        with h5py.File(path, "r") as file:
+            yield file
+    except OSError as error:
+        raise MissingOutput(f"{path} cannot be read: {error}.") from error
+
+
+def _whole(lines: Iterable[str]) -> Iterator[str]:
+    """Lines without one that was broken off while it was written."""
+    return (line for line in lines if line.endswith("\n"))
 
 
 def _first_row(time: h5py.Dataset, since: float) -> int:

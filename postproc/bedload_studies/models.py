@@ -114,13 +114,22 @@ def settings_of(scene: Scene, overrides: Sequence[str]) -> dict:
     """fluid.toml with the values of --set laid over it."""
     settings = tomllib.loads((scene.folder / "fluid.toml").read_text(encoding="utf-8"))
     for text in overrides:
-        key, _, value = text.partition("=")
-        *tables, name = key.strip().split(".")
-        node = settings
-        for table in tables:
-            node = node.setdefault(table, {})
-        node[name] = tomllib.loads(f"value = {value}")["value"]
+        try:
+            settings = _laid_over(settings, tomllib.loads(text))
+        except tomllib.TOMLDecodeError as error:
+            raise UserError(
+                f"--set {text}: {error}; write it as in TOML, for instance time.end=20."
+            ) from error
     return settings
+
+
+def _laid_over(values: dict, others: dict) -> dict:
+    """`values` with what `others` say in its place, table by table."""
+    both = values | others
+    for name in values.keys() & others.keys():
+        if isinstance(values[name], dict) and isinstance(others[name], dict):
+            both[name] = _laid_over(values[name], others[name])
+    return both
 
 
 def start_up(options: argparse.Namespace, scene: Scene) -> float:

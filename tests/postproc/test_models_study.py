@@ -53,6 +53,12 @@ def test_set_reaches_what_follows_from_it():
     assert settings["time"]["step"] > 0
 
 
+@pytest.mark.parametrize("text", ["accuracy.precision=single", "time.end", "time.end="])
+def test_a_setting_that_is_none_is_told(text):
+    with pytest.raises(UserError, match=f"--set {text}: .*; write it as in TOML"):
+        models.settings_of(find_scene("setup2_small"), [text])
+
+
 def test_a_run_is_done_when_it_has_reached_its_end(tmp_path):
     folder = write_run(tmp_path / "run", wandering_story())
     last = float((folder / "history.csv").read_text().split()[-1].split(",")[1])

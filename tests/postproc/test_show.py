@@ -104,6 +104,34 @@ def test_what_is_missing_is_named(tmp_path):
         Run(tmp_path).depth  # noqa: B018
 
 
+def test_output_broken_off_is_read_as_far_as_it_goes(folder, tmp_path):
+    """A full disk or a killed machine ends the last row anywhere."""
+    broken = tmp_path / "broken"
+    shutil.copytree(folder, broken)
+    for name in ("collisions.csv", "history.csv"):
+        text = (broken / name).read_text()
+        last = text.rstrip("\n").rpartition("\n")[2]
+        for end in (0, 3, 12, len(last) - 2, len(last)):
+            (broken / name).write_text(text + last[:end])
+            assert len(Run(broken).collisions()) == len(Run(folder).collisions())
+            assert values(summary.flow_lines(Run(broken))) == values(summary.flow_lines(Run(folder)))
+
+
+@pytest.mark.parametrize("name", ["spheres.h5", "fields.h5", "settings.toml"])
+def test_a_file_that_cannot_be_read_is_named(folder, tmp_path, name):
+    broken = tmp_path / "broken"
+    shutil.copytree(folder, broken)
+    file = broken / name
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2 + 3])
+    with pytest.raises(MissingOutput, match=f"{name} (cannot be read|is not whole)"):
+        Run(broken).fixed_spheres()
+        Run(broken).last_snapshot()
+        Run(broken).depth  # noqa: B018
+    if name == "spheres.h5":
+        with pytest.raises(MissingOutput, match=name):
+            list(Run(broken).sample_blocks())
+
+
 def reddish(image):
     """Share of pixels in the colours of mobile grains."""
     red, green, blue = (image[..., i] for i in range(3))
