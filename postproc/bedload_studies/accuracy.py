@@ -31,10 +31,13 @@ class Point:
     megabytes: float
 
 
-def measure(case: str, label: str, knob: str, n: float, settings: dict, options) -> Point:
+def measure(
+    case: str, label: str, knob: str, n: float, settings: dict, options, made: set[Path]
+) -> Point:
+    """One point of a case; `made`: the runs that this study has made, which grow."""
     folder = options.runs.resolve()
     name = f"{case}-{label}".replace(" ", "_").replace("/", "").replace(",", "")
-    runner = PricedRunner(folder, Ranks.parse("1:1"))
+    runner = PricedRunner(folder, Ranks.parse("1:1"), options.again, made=made)
     error = CASES[case].error(runner, name, n, settings)
     return Point(case, label, knob, error, runner.core_seconds, runner.megabytes)
 
@@ -91,11 +94,12 @@ def run(options: argparse.Namespace) -> int:
     points = read_table(report / "accuracy.csv")
     if options.again:
         points = [p for p in points if p.case not in cases]
+    made: set[Path] = set()
     for case in cases:
         for label, knob, n, settings in choices(case):
             if any(p.case == case and p.label == label for p in points):
                 continue
-            point = measure(case, label, knob, n, settings, options)
+            point = measure(case, label, knob, n, settings, options, made)
             points.append(point)
             print(
                 f"{case:12} {label:18} error {100 * point.error:+7.2f} %  "

@@ -10,7 +10,7 @@ import resource
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +30,7 @@ from .validation_runs import Runner, _toml
 class PricedRunner(Runner):
     """A Runner that also notes processor time and memory; both stand in a file beside the run."""
 
+    made: set[Path] = field(default_factory=set)  # in this study: what points share is repeated once
     core_seconds: float = 0.0
     megabytes: float = 0.0
 
@@ -37,6 +38,11 @@ class PricedRunner(Runner):
         run = super().__call__(scene, label, settings, variables)
         self._pay(self.folder / label)
         return run
+
+    def repeats(self, out: Path) -> bool:
+        due = self.afresh and out not in self.made
+        self.made.add(out)
+        return due
 
     def _pay(self, out: Path) -> None:
         """Adds the price of the run in `out`."""
@@ -63,7 +69,7 @@ class PricedRunner(Runner):
 
     def run_job(self, work: job.Job) -> Run:
         """A scene that is not of inputs/validation, priced like the others; kept where it stands."""
-        if not (work.out / "price.csv").is_file():
+        if self.repeats(work.out) or not (work.out / "price.csv").is_file():
             shutil.rmtree(work.out, ignore_errors=True)
             work.out.mkdir(parents=True)
             self._run(work.command(), str(work.scene.folder), work.out)
@@ -161,8 +167,7 @@ def channel(runner: PricedRunner, label: str, n: float, settings: dict) -> float
         keys={"flow.driving": '"pressure_gradient"', "flow.pressure_gradient": "1.0"},
     )  # fmt: skip
     folder = runner.folder / label
-    if not (folder / "out" / "price.csv").is_file():
-        small.write(folder)
+    small.write(folder)
     run = runner.run_job(job.Job(Scene(folder), None, job.Ranks(1, 1), folder / "out", overrides(settings)))
     shot = run.last_snapshot()
     y = 0.5 * (shot.y[1:] + shot.y[:-1])
