@@ -92,7 +92,8 @@ class Job:
             fluid.append("--without-grains")
         line = ["mpirun", "--quiet", "-np", str(self.ranks.fluid), *fluid]
         if self.scene.moves_grains and not self.fluid_alone:
-            dem = [str(BIN / "bedload-dem"), "-in", "in.liggghts", "-var", "out", str(self.out)]
+            script = str(self.scene.other_script or "in.liggghts")
+            dem = [str(BIN / "bedload-dem"), "-in", script, "-var", "out", str(self.out)]
             if self.model:
                 dem += ["-var", "model", self.model]
             if "cell" in self.scene.variables() and "cell" not in self.variables:

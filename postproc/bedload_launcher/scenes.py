@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +18,7 @@ class Scene:
     """One scene: its folder, and what the folder says about it."""
 
     folder: Path
+    other_script: Path | None = None  # run in the folder in place of its in.liggghts
 
     @property
     def name(self) -> str:
@@ -27,7 +28,7 @@ class Scene:
 
     @property
     def script(self) -> Path:
-        return self.folder / "in.liggghts"
+        return self.other_script or self.folder / "in.liggghts"
 
     @property
     def moves_grains(self) -> bool:
@@ -68,23 +69,35 @@ class Scene:
     def variables(self, given: Mapping[str, str] | None = None) -> dict[str, str]:
         """All `variable NAME index VALUE` of the script and of what it includes, with their values.
 
-        `given`: what the command line sets. An include whose name holds an unknown variable is left out.
+        `given`: what the command line sets.
         """
         found = dict(given or {})
         declared: dict[str, str] = {}
-        pending = [self.script] if self.moves_grains else []
-        while pending:
-            script = pending.pop()
+        for line in self.script_lines(given):
+            if setting := _index_variable(line):
+                declared[setting[0]] = found.setdefault(*setting)
+        return declared
+
+    def script_lines(self, given: Mapping[str, str] | None = None) -> Iterator[str]:
+        """The script, with the lines of what it includes in the include's place.
+
+        `given`: what the command line sets. An include that leads to no file, for its name holds an
+        unknown variable, say, stays as it is.
+        """
+        found = dict(given or {})
+
+        def lines(script: Path) -> Iterator[str]:
             for line in script.read_text(encoding="utf-8").splitlines():
-                if setting := re.match(r"\s*variable\s+(\w+)\s+index\s+(.*?)\s*(#.*)?$", line):
-                    value = found.setdefault(setting[1], setting[2].strip('" '))
-                    declared[setting[1]] = value
+                if setting := _index_variable(line):
+                    found.setdefault(*setting)
                 elif include := re.match(r"\s*include\s+(\S+)", line):
                     name = re.sub(r"\$\{(\w+)\}", lambda m: found.get(m[1], ""), include[1])
-                    file = self.folder / name
-                    if file.is_file():
-                        pending.append(file)
-        return declared
+                    if (self.folder / name).is_file():
+                        yield from lines(self.folder / name)
+                        continue
+                yield line
+
+        return lines(self.script) if self.moves_grains else iter(())
 
     def summary(self) -> str:
         """The first sentence of the scene's README, its title left out."""
@@ -95,6 +108,12 @@ class Scene:
         body = [part for part in re.split(r"\n\s*\n", text) if part.strip()[:1] not in ("#", "")]
         sentence = re.match(r".*?[.:](?=\s|$)", " ".join(body[0].split())) if body else None
         return sentence[0] if sentence else ""
+
+
+def _index_variable(line: str) -> tuple[str, str] | None:
+    """Name and value of a line `variable NAME index VALUE`."""
+    found = re.match(r"\s*variable\s+(\w+)\s+index\s+(.*?)\s*(#.*)?$", line)
+    return (found[1], found[2].strip('" ')) if found else None
 
 
 def all_scenes() -> dict[str, Scene]:

@@ -185,17 +185,16 @@ def grains(runner: PricedRunner, label: str, n: float, settings: dict) -> float:
 
     def velocity(name: str, cells: int, more: dict) -> float:
         folder = runner.folder / name
-        use = scene
+        use, model = scene, more.get("model", "actm_hw")
         if more.get("film") == "none":
-            if not (folder / "scene").is_dir():
-                without_lubrication(scene, folder)
-            use = Scene(folder / "scene")
+            folder.mkdir(parents=True, exist_ok=True)
+            use = without_lubrication(scene, model, folder)
         values = {
             "grid.cells": [26 * cells, 10 * cells, 13 * cells],
             "time.step": more.get("step", 1.0) * 0.65 / cells, "time.end": GRAINS_TO,
             "output.fields_every": 0.0,
         } | keys_of(more)  # fmt: skip
-        run = runner.run_job(job.Job(use, more.get("model", "actm_hw"), job.Ranks(1, 1), folder / "out",
+        run = runner.run_job(job.Job(use, model, job.Ranks(1, 1), folder / "out",
                                  overrides(values), variables=contact_settings(more)))  # fmt: skip
         total, rows = 0.0, 0
         for block in run.sample_blocks(since=GRAINS_FROM):

@@ -8,7 +8,6 @@ steps show what an effect does at once, not what it does to the statistics of a 
 
 import argparse
 import csv
-import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -80,8 +79,8 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
         for other in sorted({"actm", "rpm"} - {model.removesuffix("_hw")}):
             suffix = "_hw" if model.endswith("_hw") else ""
             yield Variant("normal model", other, model=other + suffix)
-        if "\nfix lubrication" in (INPUTS / "models" / f"{model}.liggghts").read_text():
-            yield Variant("lubrication", "off", lubrication=False)
+    if lubrication_fixes(scene_script(scene, model)):
+        yield Variant("lubrication", "off", lubrication=False)
     if "statistics" in settings:
         yield Variant("statistics", "every step", ("statistics.every=1", "statistics.from=0.0"))
     yield Variant(
@@ -90,24 +89,40 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
     )  # fmt: skip
 
 
-def without_lubrication(scene: Scene, folder: Path) -> Scene:
-    """A copy of the scene beside models whose lubrication line is gone."""
-    copy = folder / "scene"
-    shutil.copytree(scene.folder, copy)
-    models = folder / "models"
-    for shared in ("models", "beds"):
-        shutil.copytree(INPUTS / shared, folder / shared)
-    for file in models.glob("*.liggghts"):
-        lines = file.read_text(encoding="utf-8").splitlines()
-        kept = [line for line in lines if not line.startswith("fix lubrication")]
-        file.write_text("\n".join(kept) + "\n", encoding="utf-8")
-    return Scene(copy)
+def scene_script(scene: Scene, model: str | None) -> tuple[list[str], list[str]]:
+    """The script with all that it includes, before the first coupled_run and from there on."""
+    lines = list(scene.script_lines({"model": model} if model else {}))
+    for first, line in enumerate(lines):
+        if line.split()[:1] == ["coupled_run"]:
+            return lines[:first], lines[first:]
+    return lines, []
+
+
+def lubrication_fixes(script: tuple[list[str], list[str]]) -> list[str]:
+    """Names of the lubrication that is on in the first coupled_run."""
+    names = []
+    for line in script[0]:
+        match line.split():
+            case ["fix", name, _, "lubrication", *_] if name not in names:
+                names.append(name)
+            case ["unfix", name, *_] if name in names:
+                names.remove(name)
+    return names
+
+
+def without_lubrication(scene: Scene, model: str | None, folder: Path) -> Scene:
+    """The scene with a script in `folder` that takes lubrication off before the grains move."""
+    script = before, after = scene_script(scene, model)
+    file = folder / "without_lubrication.liggghts"
+    lines = [*before, *(f"unfix {name}" for name in lubrication_fixes(script)), *after]
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return Scene(scene.folder, file)
 
 
 def measure(scene: Scene, model: str | None, variant: Variant, options, ranks: job.Ranks) -> Trial:
     with tempfile.TemporaryDirectory(prefix="bedload-effects-") as folder:
         if not variant.lubrication:
-            scene = without_lubrication(scene, Path(folder))
+            scene = without_lubrication(scene, model, Path(folder))
         keys = [*options.set, "output.history_every=10", *variant.keys]
         model = variant.model or model
         work = job.Job(scene, model, ranks, Path(folder), keys, options.steps)

@@ -1,0 +1,58 @@
+"""`./bedload study effects`: that a scene without lubrication has none, wherever its models stand."""
+
+import shutil
+
+import pytest
+from bedload_launcher import job
+from bedload_launcher.scenes import INPUTS, Scene, find_scene
+from bedload_studies import effects
+
+
+def own_scene(folder, model="actm_hw"):
+    """A scene as the tutorial makes it: the models are its own."""
+    shutil.copytree(INPUTS / "models", folder / "models")
+    (folder / "fluid.toml").write_text("")
+    script = [f"variable model index {model}", "include models/${model}.liggghts", "coupled_run"]
+    (folder / "in.liggghts").write_text("\n".join(script) + "\n")
+    return Scene(folder)
+
+
+def shipped(name):
+    scene = find_scene(name)
+    return lambda _: scene
+
+
+@pytest.mark.parametrize(
+    "make", [own_scene, *map(shipped, ("exposed_sphere", "setup2_small", "validation/box",
+                                       "validation/rebound", "validation/kissing"))]
+)  # fmt: skip
+def test_lubrication_is_taken_off_before_the_grains_move(make, tmp_path):
+    scene = make(tmp_path)
+    model = scene.default_model()
+    off = effects.without_lubrication(scene, model, tmp_path)
+    lines = off.script.read_text().splitlines()
+    first = next(n for n, line in enumerate(lines) if line.startswith("coupled_run"))
+    assert lines[first - 1] == "unfix lubrication"
+    # The model stands in the script, and its lubrication, which unfix needs, with it.
+    assert any(line.startswith("pair_style gran ${contact}") for line in lines[:first])
+    assert any(line.startswith("fix lubrication all") for line in lines[:first])
+    assert not any(line.startswith("include") for line in lines)
+    # It runs where the scene stands, so that its other files are found.
+    command = job.Job(off, model, job.Ranks(1, 1), tmp_path / "out").command()
+    assert command[command.index("-in") + 1] == str(off.script)
+    assert off.folder == scene.folder
+
+
+def test_lubrication_is_offered_where_there_is_some(tmp_path):
+    settings = {"fluid": {}, "spheres": {"forcing_loops": 1}, "time": {"cfl": 0.0},
+                "accuracy": {"precision": "double"}}  # fmt: skip
+    scene = own_scene(tmp_path, "mine")
+    text = (scene.folder / "models" / "rpm.liggghts").read_text()
+    mine = scene.folder / "models" / "mine.liggghts"
+    for line, offered in (("", False), ("fix film all lubrication every 2", True)):
+        mine.write_text(text + line + "\n")
+        found = [v.effect for v in effects.variants(scene, "mine", settings)]
+        assert ("lubrication" in found) == offered
+    assert effects.lubrication_fixes(effects.scene_script(scene, "mine")) == ["film"]
+    mine.write_text(text + line + "\nunfix film\n")
+    assert effects.lubrication_fixes(effects.scene_script(scene, "mine")) == []
