@@ -45,6 +45,11 @@ def _chosen(run: Run, since: float, every: int, most: int) -> Iterator[tuple[flo
                 return
 
 
+def clock(run: Run, time: float) -> str:
+    """An instant [T] in D/u_b."""
+    return f"t = {time * run.bulk_velocity / run.diameter:.1f} D/u_b"
+
+
 def _encoder(file: Path) -> subprocess.Popen:
     """ffmpeg that takes raw frames, the lowest line first, from its standard input."""
     width, height = SIZE
@@ -89,7 +94,7 @@ def render(run: Run, file: Path, since: float, every: int = 2, most: int = 250) 
                     renderer.RemoveActor(actor)
             speed = np.linalg.norm(part.velocity[row], axis=1) / run.bulk_velocity
             grains = sphere_actor(part.position[row], part.radius[row], speed, speeds, facets=24)
-            caption = caption_actor(f"{run.name}, t = {time:.1f} D/u_b")
+            caption = caption_actor(f"{run.name}, {clock(run, time)}")
             renderer.AddActor(grains)
             renderer.AddActor2D(caption)
             window.Render()

@@ -29,6 +29,11 @@ def state_at(time: np.ndarray, phases: Phases, tag: int) -> np.ndarray:
     return phases.state[rows[np.clip(at, 0, len(rows) - 1)]]
 
 
+def shares_of(state: np.ndarray) -> np.ndarray:
+    """Share of the samples in each state."""
+    return np.bincount(state, minlength=len(NAMES)) / len(state)
+
+
 def _circles(axes, centres: np.ndarray, radii: np.ndarray, **style) -> None:
     axes.add_collection(
         EllipseCollection(
@@ -99,8 +104,7 @@ def draw(
         axes.set_facecolor("#f4f8fb")
     from_side.set(xlim=(low, high), ylim=(0.0, top), ylabel="y / D")
     from_above.set(ylim=side, xlabel="x / D (periodic images in a row)", ylabel="z / D")
-    shares = phases.shares()
-    for name, colour, share in zip(NAMES, COLOURS, shares, strict=True):
+    for name, colour, share in zip(NAMES, COLOURS, shares_of(state), strict=True):
         from_side.plot([], [], color=colour, lw=3, label=f"{name} {100 * share:.1f} %")
     from_side.legend(ncol=3, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
     figure.suptitle(

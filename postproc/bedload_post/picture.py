@@ -201,6 +201,13 @@ def bring_into_view(
     return replace(snapshot, u=u), shift
 
 
+def how_turned(periods: np.ndarray) -> str:
+    """What `bring_into_view` did to a box, for its caption."""
+    if np.isfinite(periods[2]):
+        return " (periodic box turned: the plane along the flow cuts the fastest grain)"
+    return " (periodic box turned)" if np.isfinite(periods[0]) else ""
+
+
 def _latest(run: Run, time: float) -> Samples | None:
     """Each mobile sphere's last sample up to `time`; None where there is none."""
     latest: Samples | None = None
@@ -287,7 +294,7 @@ def render(run: Run, file: Path) -> None:
         renderer.AddActor(sphere_actor(bed, bed_radii))
     caption = f"{run.name}, t = {snapshot.time:.4g}"
     if mobile is not None:
-        caption += " (periodic box turned: the plane along the flow cuts the fastest grain)"
+        caption += how_turned(run.periods)
         speed = np.linalg.norm(mobile.velocity, axis=1) / scale
         speeds = colour_table(GRAIN_COLOURS, 0.0, max(highest_speed(run) / scale, 1e-3))
         renderer.AddActor(sphere_actor(grains, mobile.radius, speed, speeds))

@@ -8,7 +8,7 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from bedload_post import path, states, summary
+from bedload_post import film, path, picture, states, summary
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import MissingOutput, Run
 from synthetic import wandering_story, write_run
@@ -79,6 +79,22 @@ def test_state_along_the_path(folder):
     phases = phases_of(run)
     found = path.state_at(np.array([3.0, 6.4, 8.0, 20.0]), phases, 1)
     assert found.tolist() == [states.RESTING, states.CREEPING, states.JUMPING, states.RESTING]
+
+
+def test_the_path_s_legend_counts_what_is_drawn():
+    drawn = np.array([states.RESTING, states.CREEPING, states.CREEPING, states.RESTING])
+    assert path.shares_of(drawn).tolist() == [0.5, 0.5, 0.0]
+
+
+def test_captions_say_what_is_so(folder, tmp_path):
+    wide = np.inf
+    assert "cuts the fastest grain" in picture.how_turned(np.array([16.0, wide, 8.0]))
+    assert picture.how_turned(np.array([16.0, wide, wide])) == " (periodic box turned)"
+    assert picture.how_turned(np.full(3, wide)) == ""
+    scaled = tmp_path / "scaled"
+    scaled.mkdir()
+    (scaled / "settings.toml").write_text("reference.velocity = 3.0\nreference.diameter = 2.0\n")
+    assert film.clock(Run(scaled), 5.0) == "t = 7.5 D/u_b"
 
 
 def test_a_run_without_collisions_or_grains(folder, tmp_path):
