@@ -3,6 +3,7 @@
 import argparse
 import difflib
 import os
+import shlex
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -21,6 +22,7 @@ from .scenes import DEFAULT, all_scenes, choose_model, find_scene, read_variable
 from .studies import all_studies, run_study
 from .words import say
 
+MODEL_FILE = "model.txt"  # in a run's folder
 PYTHON = ["/usr/bin/python3", "-I", "-B"]
 
 
@@ -41,8 +43,8 @@ def claim_output(out: Path) -> None:
 
     Raises UserError when the folder holds something that is no run.
     """
-    if not out.exists() or not any(out.iterdir()):
-        return
+    if not out.exists() or all(file.name == MODEL_FILE for file in out.iterdir()):
+        return  # nothing there, or a run that never began
     if not (out / "settings.toml").is_file():
         raise UserError(f"{out} is not empty and holds no earlier run; name another with --out.")
     previous = previous_of(out)
@@ -76,13 +78,36 @@ def check_restart(restart: Path, out: Path) -> None:
         )
 
 
+def record_model(out: Path, model: str | None) -> None:
+    """Notes the collision model beside the run's files, for the one that goes on from there."""
+    if model:
+        (out / MODEL_FILE).write_text(model + "\n", encoding="utf-8")
+
+
+def recorded_model(restart: Path | None) -> str | None:
+    """The model of the run that `--restart` names, where it is noted."""
+    file = run_folder(restart) / MODEL_FILE if restart else None
+    return file.read_text(encoding="utf-8").strip() if file and file.is_file() else None
+
+
+def go_on(options: argparse.Namespace, out: Path) -> str:
+    """How to go on with the run in `out`: what was said about it has to be said again."""
+    last = last_checkpoint(out)
+    if last is None:
+        return ""
+    words = ["--accuracy", options.accuracy] if options.accuracy else []
+    for name, values in (("--set", options.set), ("--var", options.var)):
+        words += [word for value in values for word in (name, value)]
+    return f"; go on with {shlex.join([*words, '--restart', str(last)])}"
+
+
 def run(options: argparse.Namespace) -> int:
     scene = find_scene(options.scene)
-    model = choose_model(scene, options.model)
+    restart = options.restart and options.restart.resolve()
+    model = choose_model(scene, options.model or recorded_model(restart))
     settings = accuracy.settings_of(options.accuracy, scene, options.set)
     variables = read_variables(scene, model, options.var)
     name = "-".join(filter(None, (scene.name, model, options.accuracy)))
-    restart = options.restart and options.restart.resolve()
     out = (options.out or (run_folder(restart) if restart else Path("runs") / name)).resolve()
     ranks = job.Ranks.parse(options.ranks)
     if restart:
@@ -93,14 +118,13 @@ def run(options: argparse.Namespace) -> int:
     else:
         claim_output(out)
     out.mkdir(parents=True, exist_ok=True)
+    record_model(out, model)
     work = job.Job(scene, model, ranks, out, settings, options.steps, variables, restart)
     print(f"bedload: {work.summary()}; output in {out}", flush=True)
     status = job.run(work.command(), scene.folder)
     if status != 0:
-        last = last_checkpoint(out)
-        go_on = f"; go on with --restart {last}" if last else ""
         print(
-            f"bedload: the run ended with status {status}; its output is {out}{go_on}",
+            f"bedload: the run ended with status {status}; its output is {out}{go_on(options, out)}",
             file=sys.stderr,
         )
         return status
@@ -225,7 +249,7 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     sub.add_argument(
         "--restart", type=Path, metavar="DIR",
         help="go on from a checkpoint, or from the last one in the run's folder DIR; without --out "
-        "the run goes on there",
+        "the run goes on there; takes the model from there, but not --set, --var and --accuracy",
     )  # fmt: skip
     sub.add_argument("--no-pictures", action="store_true", help="numbers only at the end")
 

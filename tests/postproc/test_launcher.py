@@ -138,6 +138,32 @@ def test_a_restart_never_removes_or_invents_the_run_that_it_names(tmp_path):
     assert not (tmp_path / "bed.pervious").exists()
 
 
+@pytest.fixture
+def started(monkeypatch):
+    """The mpirun lines that `./bedload run` would have started, each of which ends with status 3."""
+    lines = []
+    monkeypatch.setattr(cli, "build", lambda _: None)
+    monkeypatch.setattr(job, "run", lambda line, folder: lines.append(line) or 3)
+    return lines
+
+
+def test_a_restart_takes_the_model_from_the_run(tmp_path, started, capsys):
+    out = tmp_path / "out"
+    line = ["run", "exposed_sphere", "--var", "hold=1", "--set", "time.end=7"]
+    for _ in range(2):  # the first one never began: nothing moves aside, nothing is in the way
+        cli.run(cli.parse([*line, "--model", "rpm", "--out", str(out)]))
+    assert "go on with" not in capsys.readouterr().err  # no checkpoint yet
+    last = out / "checkpoint_00000100"
+    last.mkdir()
+    for more, model in (([], "rpm"), (["--model", "actm"], "actm"), ([], "actm")):
+        cli.run(cli.parse([*line, *more, "--restart", str(last if more else out)]))
+        assert started[-1][started[-1].index("model") + 1] == model
+        assert f"go on with --set time.end=7 --var hold=1 --restart {last}" in capsys.readouterr().err
+    (out / "model.txt").unlink()  # of a run that was not started here: the script's own
+    cli.run(cli.parse([*line, "--restart", str(out)]))
+    assert started[-1][started[-1].index("model") + 1] == "actm_hw"
+
+
 def test_status_and_signals_pass_through(tmp_path):
     assert job.run([sys.executable, "-c", "raise SystemExit(7)"], tmp_path) == 7
     assert job.run([sys.executable, "-c", "import os; os.kill(os.getpid(), 9)"], tmp_path) == 137
