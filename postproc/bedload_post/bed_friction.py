@@ -23,6 +23,14 @@ def bed_stress(statistics: FlowStatistics, bed_top: float, clear: float) -> floa
     return float(force * (face[-1] - bed_top))
 
 
+def driving_friction(run: Run, since: float) -> float:
+    """u_tau = sqrt(|f| H/rho) [L/T] of the mean driving force f from `since` on; nan without rows."""
+    history = run.history()
+    driving = history["driving"][history["time"] >= since]
+    mean = abs(np.mean(driving)) if len(driving) else math.nan
+    return math.sqrt(mean * run.depth / run.value("fluid.density"))
+
+
 def friction_velocity(run: Run, since: float) -> tuple[float, str]:
     """u_tau [L/T] and where it is from: total stress at the bed's top, else the driving force.
 
@@ -40,7 +48,7 @@ def friction_velocity(run: Run, since: float) -> tuple[float, str]:
             return math.sqrt(stress / density), "total stress extrapolated to the bed's top"
     except MissingOutput:
         pass
-    driving = history["driving"][history["time"] >= since]
-    if len(driving) == 0 or np.mean(driving) <= 0:
+    friction = driving_friction(run, since)
+    if not friction > 0:
         raise MissingOutput(f"history.csv of {run.folder} has no driving force after t = {since:g}.")
-    return math.sqrt(np.mean(driving) * run.depth / density), "driving force times depth"
+    return friction, "driving force times depth"

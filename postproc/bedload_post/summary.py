@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import flow_statistics
+from .bed_friction import driving_friction
 from .outputs import MissingOutput, Run
 from .states import NAMES, Phases
 
@@ -84,8 +85,8 @@ def flow_lines(run: Run) -> list[Line]:
         Line("time", f"{history['time'][-1]:.4g}", "in units of the scene"),
         Line("CFL number, largest", f"{history['cfl'].max():.3f}"),
     ]
-    friction = float(np.mean(history["u_tau_driving"][half]))
-    if np.isfinite(friction) and friction > 0:
+    friction = driving_friction(run, history["time"][count // 2])
+    if friction > 0:
         reynolds = friction * run.depth / run.viscosity
         lines += [
             Line("friction velocity", f"{friction / run.bulk_velocity:.4f} u_b", "second half"),

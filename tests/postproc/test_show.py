@@ -34,10 +34,10 @@ def values(lines):
 
 def test_flow_numbers_follow_from_their_definitions(folder):
     found = values(summary.flow_lines(Run(folder)))
-    # u_tau = 0.07: Re_tau = u_tau H / nu, D+ = u_tau D / nu, S = u_tau^2 / ((1.25 - 1) 0.99).
-    assert found["Re_tau"] == f"{0.07 * 8 / 2.6578e-3:.0f}"
-    assert found["D+"] == f"{0.07 / 2.6578e-3:.1f}"
-    assert found["Shields number"] == f"{0.07**2 / (0.25 * 0.99):.4f}"
+    # f = 0.004, u_tau^2 = f H: Re_tau = u_tau H / nu, D+ = u_tau D / nu, S = u_tau^2 / ((1.25 - 1) 0.99).
+    assert found["Re_tau"] == f"{0.032**0.5 * 8 / 2.6578e-3:.0f}"
+    assert found["D+"] == f"{0.032**0.5 / 2.6578e-3:.1f}"
+    assert found["Shields number"] == f"{0.032 / (0.25 * 0.99):.4f}"
     assert found["momentum residual"] == "3.0e-15"
     assert found["slip at markers, largest"] == "2.00e-02 u_b"
 
