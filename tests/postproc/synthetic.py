@@ -38,7 +38,9 @@ class Story:
     def now(self):
         return self.time[-1]
 
-    def piece(self, duration, velocity=(0, 0, 0), spin_z=0.0, jump_height=0.0, contact=False):
+    def piece(
+        self, duration, velocity=(0, 0, 0), spin_z=0.0, jump_height=0.0, contact=False, spin_x=0.0
+    ):
         """Moves with constant velocity, on a parabola of `jump_height` where it jumps."""
         start, origin = self.now, self.position[-1]
         s = np.linspace(0, 1, max(2, int(duration * self.rate)) + 1)[1:]
@@ -48,7 +50,7 @@ class Story:
             rise = np.array([0, 4 * jump_height * (1 - 2 * f) / duration, 0])
             self.position.append(origin + np.array(velocity) * f * duration + arc)
             self.velocity.append(np.array(velocity) + rise)
-            self.spin.append(np.array([0, 0, spin_z]))
+            self.spin.append(np.array([spin_x, 0, spin_z]))
         if contact:
             self.contacts.append((start, self.now))
         return self
@@ -67,6 +69,17 @@ class Story:
             "angular_velocity": np.array(self.spin),
             "radius": np.full(n, self.radius),
         }
+
+
+def even(story, step=0.01):
+    """The story sampled at equal intervals, as a run samples."""
+    time = np.arange(0.0, story.now, step)
+    for name in ("position", "velocity", "spin"):
+        values = np.array(getattr(story, name))
+        columns = [np.interp(time, story.time, values[:, d]) for d in range(3)]
+        setattr(story, name, list(np.stack(columns, axis=1)))
+    story.time = list(time)
+    return story
 
 
 def merge_in_time(*tables):

@@ -1,5 +1,7 @@
 """Flow statistics: pieces of one flow put together, a channel's halves in wall units, the comparison."""
 
+from dataclasses import replace
+
 import h5py
 import numpy as np
 import pytest
@@ -93,3 +95,12 @@ def test_the_comparison_knows_the_reference_and_a_difference(tmp_path):
     profile_figures.draw_against(p, mean, rms, s, tmp_path / "against.png")
     profile_figures.draw(s, tmp_path / "profiles.png")
     assert (tmp_path / "against.png").stat().st_size > 10_000
+
+
+def test_stress_less_what_planes_speed_up_by_is_a_straight_line(tmp_path):
+    """rho d<u>/dt = f + d tau/dy: a plane that speeds up bends the stress upwards."""
+    s = flow_statistics.read(Run(write(tmp_path / "a", 10, 0.0)))
+    y, face = s["y"], s["y_face"]
+    bent = s["viscous"] + 0.5 * (face**2 - 2 * face)  # int (y - 1) dy from the floor
+    s = replace(s, profiles=s.profiles | {"acceleration": y - 1.0, "viscous": bent})
+    assert channel180.steady_defect(s) == pytest.approx(0.0, abs=1e-9)

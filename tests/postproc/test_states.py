@@ -111,6 +111,16 @@ def test_rolling_without_slip_has_none(spin, slip):
     assert phases.slip[row] == pytest.approx(slip, abs=2 * SAMPLE)
 
 
+def test_rolling_follows_radius_and_both_axes_and_distance_height():
+    # |omega x R| = 0.4 hypot(0.6, 0.8); the ends lie hypot(0.3, 0.55) = 0.63 D apart: a jump.
+    story = Story(radius=0.4).touch().piece(1.0, (0.3, 0.55, 0), spin_z=-0.8, spin_x=0.6).touch()
+    phases = analysed(story)
+    row = phases.complete & ~phases.contact
+    assert phases.roll[row] == pytest.approx(0.4, abs=SAMPLE)
+    assert phases.distance[row] == pytest.approx(np.hypot(0.3, 0.55), abs=1e-9)
+    assert phases.state[row] == [JUMPING]
+
+
 def test_spin_about_the_vertical_does_not_roll():
     story = Story().touch().piece(1.0, (0.4, 0, 0)).touch()
     story.spin = [np.array([0.0, 3.0, 0.0]) for _ in story.spin]

@@ -16,7 +16,7 @@ from bedload_post.frames import frames, grains_per_instant, time_ranges
 from bedload_post.outputs import MissingOutput, Run, Samples
 from bedload_post.states import CREEPING, JUMPING, RESTING
 from scipy.signal import lfilter
-from synthetic import Story, wandering_story, write_run, write_samples
+from synthetic import Story, even, wandering_story, write_run, write_samples
 
 
 def story_of_three_states():
@@ -25,17 +25,6 @@ def story_of_three_states():
     story.piece(2.0, (0.25, 0, 0), spin_z=-0.5).touch(1e-3)
     story.piece(3.0, (1.0, 0, 0), spin_z=-0.4, jump_height=0.3).touch(1e-3)
     return story.piece(10.0, contact=True)
-
-
-def even(story, step=0.01):
-    """The story sampled at equal intervals, as a run samples."""
-    time = np.arange(0.0, story.now, step)
-    for name in ("position", "velocity", "spin"):
-        values = np.array(getattr(story, name))
-        columns = [np.interp(time, story.time, values[:, d]) for d in range(3)]
-        setattr(story, name, list(np.stack(columns, axis=1)))
-    story.time = list(time)
-    return story
 
 
 @pytest.fixture(scope="module")

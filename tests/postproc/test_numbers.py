@@ -1,0 +1,166 @@
+"""Every number of a report against values by hand, in units in which no factor is 1.
+
+D = 2, u_b = 3, rho_f = 1.5, rho_p = 2.1, H = 8, nu = 0.01, g = 0.5; the grain's R is 0.8, so not D/2.
+Bounds: 1 % or a bin of the heights; samples every 0.001 of pieces that begin and end between them.
+"""
+
+import h5py
+import numpy as np
+import pytest
+from bedload_post import bed_friction, flow_statistics, models_report, states, summary, transport
+from bedload_post.frames import time_ranges
+from bedload_post.outputs import Run
+from synthetic import Story, even, write_run
+
+SINCE = 1.0
+THROUGH = 16.0 / 3.0
+UNITS = {
+    "viscosity = 2.6578e-3": "viscosity = 0.01", "density = 1.0": "density = 1.5",
+    "gravity = [0.0, -0.99, 0.0]": "gravity = [0.0, -0.5, 0.0]", "velocity = 1.0": "velocity = 3.0",
+    "diameter = 1.0": "diameter = 2.0", "sphere_density = 1.25": "sphere_density = 2.1",
+}  # fmt: skip
+
+
+def story():
+    """4 at rest; rolls, turning askew; jumps; slides; jumps; 4 at rest."""
+    told = Story(position=(1.0, 3.0, 4.0), radius=0.8, samples_per_time=1000)
+    told.piece(4.0, contact=True)
+    told.piece(1.0, (0.6, 0, 0), spin_z=-0.5, spin_x=0.3).touch(1e-3)
+    told.piece(2.0, (1.5, 0, 0), spin_z=-0.9, jump_height=0.5).touch(1e-3)
+    told.piece(1.0, (0.4, 0, 0)).touch(1e-3)
+    told.piece(1.0, (1.5, 0, 0), spin_z=0.3, jump_height=0.3).touch(1e-3)
+    return told.piece(4.0, contact=True)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = write_run(tmp_path_factory.mktemp("numbers") / "rpm", even(story(), 0.001))
+    text = (folder / "settings.toml").read_text()
+    for old, new in UNITS.items():
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "settings.toml").write_text(text)
+    # The force is 1 before SINCE, 0.004 up to the middle of the record, 0.001 after it.
+    lines = ["step,time,dt,cfl,driving,max_divergence,slip_max,slip_rms,momentum_residual"]
+    for n, t in enumerate(np.arange(0.1, 13.01, 0.1), start=1):
+        force = 1.0 if t < SINCE else 0.004 if n <= 65 else 0.001
+        lines.append(f"{n},{t:.3f},0.1,0.5,{force},1e-14,0.02,0.004,3e-15")
+    (folder / "history.csv").write_text("\n".join(lines) + "\n")
+    return Run(folder)
+
+
+def test_every_number_of_the_models_report(run):
+    found = models_report.numbers(models_report.make_case("rpm", run, SINCE / THROUGH))
+    u_tau = np.sqrt((56 * 0.004 + 65 * 0.001) / 121 * 8 / 1.5)
+    exact = {
+        "model": "rpm", "grains": 1, "jumps": 2, "batches": 4, "interval_too_narrow": True,
+        "paper_mean_velocity": 0.247, "u_tau_from": "driving force times depth",
+    }  # fmt: skip
+    near = {
+        "density_ratio": 1.4,
+        "flow_throughs": 12 / THROUGH,
+        "discarded_flow_throughs": SINCE / THROUGH,
+        # 0.6 + 3 + 0.4 + 1.5 in 12; batches of 3 time units: 0, 1.2, 0.6333, 0; t_{0.975, 3} = 3.182.
+        "mean_velocity": 5.5 / 12 / 3,
+        "mean_velocity_interval": 3.182 * np.std([0, 1.2, 1.9 / 3, 0], ddof=1) / 2 / 3,
+        "batch_memory": -0.290,
+        "mean_spin": (-0.5 - 2 * 0.9 + 0.3) / 12 * 2 / 3,
+        "mean_jump_height": (0.5 + 0.3) / 2 / 2,
+        # |omega x R| = 0.8 hypot(0.3, 0.5) for one time unit on 0.6 and 0 on 0.4 of way.
+        "creeping_slip": 0.8 * np.hypot(0.3, 0.5) - 1.0,
+        "u_tau": u_tau / 3,
+        "re_tau": u_tau * 8 / 0.01,
+        "d_plus": u_tau * 2 / 0.01,
+        "shields": 1.5 * u_tau**2 / ((2.1 - 1.5) * 0.5 * 2),
+        "share_resting": 7 / 12,
+        "share_creeping": 2 / 12,
+        "share_jumping": 3 / 12,
+        "share_resting_interval": 3.182 * np.std([1, 0, 1 / 3, 1], ddof=1) / 2,
+        "share_creeping_interval": 3.182 * np.std([0, 1 / 3, 1 / 3, 0], ddof=1) / 2,
+        "share_jumping_interval": 3.182 * np.std([0, 2 / 3, 1 / 3, 0], ddof=1) / 2,
+    }
+    # Parabolas of height h for a time T: int y = 2/3 h T, int y^2 = 8/15 h^2 T; y = 3 otherwise.
+    mean = (2 / 3) * (0.5 * 2 + 0.3) / 12
+    spread = np.sqrt((8 / 15) * (0.5**2 * 2 + 0.3**2) / 12 - mean**2)
+    bins = {"mean_height": (3 + mean) / 2, "spread_of_height": spread / 2}  # y/D in bins of 0.02
+    assert {name: found[name] for name in exact} == exact
+    assert {name: found[name] for name in near} == pytest.approx(near, rel=0.012)
+    assert {name: found[name] for name in bins} == pytest.approx(bins, abs=0.0101)
+    assert exact.keys() | near.keys() | bins.keys() == found.keys()
+
+
+def test_distributions_are_over_heights_spins_and_velocities_in_d_and_u_b(run):
+    measured = transport.measure(run, SINCE)
+    assert measured.mean("height").mean == pytest.approx((3 + 0.8667 / 12) / 2, rel=1e-3)
+    y, velocity = measured.over_height(2)
+    assert velocity[y > 1.66] == pytest.approx(0.5)  # the first jump alone: over y = 3.3
+    assert y.max() == pytest.approx(1.75, abs=0.011)
+    _, spin = measured.over_height(1)
+    assert spin[y > 1.66] == pytest.approx(-0.9 * 2 / 3)
+    x, density = measured.spin_pdf(states.CREEPING)
+    assert set(np.round(x[density > 5], 2)) <= {-0.34, -0.01, 0.01}  # omega_3 D/u_b = -1/3 and 0
+    x, density = measured.velocity_pdf(states.JUMPING)
+    assert x[np.argmax(density)] == pytest.approx(0.5, abs=0.0101)
+
+
+def test_slip_over_the_way_has_its_error(run):
+    phases = transport.measure(run, SINCE).phases
+    length, slip, error = transport.creeping_slip(phases, 2.0, np.array([0.1, 0.5]))
+    slips = (0.8 * np.hypot(0.3, 0.5) - 0.6) / 2, -0.4 / 2
+    assert length == pytest.approx([0.25], rel=0.02)
+    assert slip == pytest.approx([np.mean(slips)], rel=0.02)
+    assert error == pytest.approx([np.std(slips, ddof=1) / np.sqrt(2)], rel=0.1)
+    assert sorted(transport.jump_heights(phases, 2.0)) == pytest.approx([0.15, 0.25], abs=1e-3)
+
+
+def number(text):
+    return float(text.split()[0])
+
+
+def test_every_line_of_the_summary(run):
+    phases = states.analyse(
+        run.collisions(), time_ranges(run.instants()), run.sample_blocks(), run.periods,
+        run.bulk_velocity, run.diameter,
+    )  # fmt: skip
+    grains = {line.what: line.value for line in summary.grain_lines(run, phases)}
+    wanted = {
+        "mobile grains": 1, "mean grain velocity": 5.5 / 13 / 3, "finished collisions": 6,
+        "time resting": 100 * 8 / 13, "time creeping": 100 * 2 / 13, "time jumping": 100 * 3 / 13,
+        "jumps": 2, "jump height, mean": 0.2, "jump height, highest": 0.25,
+        "slip while creeping": 0.8 * np.hypot(0.3, 0.5) - 1.0,
+    }  # fmt: skip
+    assert {what: number(text) for what, text in grains.items()} == pytest.approx(wanted, rel=0.012)
+    assert grains["mean grain velocity"].endswith("u_b")
+
+    # Second half: u_tau^2 = 0.001 * 8 / 1.5.
+    u_tau = np.sqrt(0.001 * 8 / 1.5)
+    wanted = {
+        "fluid steps": 130, "time": 13, "CFL number, largest": 0.5,
+        "friction velocity": u_tau / 3, "Re_tau": u_tau * 8 / 0.01, "D+": u_tau * 2 / 0.01,
+        "Shields number": 1.5 * u_tau**2 / 0.6, "divergence, largest": 1e-14,
+        "slip at markers, rms": 0.004 / 3, "slip at markers, largest": 0.02 / 3,
+        "momentum residual": 3e-15,
+    }  # fmt: skip
+    flow = {line.what: number(line.value) for line in summary.flow_lines(run)}
+    assert flow == pytest.approx(wanted, rel=0.01, abs=1e-17)
+
+
+def test_statistics_in_the_scene_s_units(run):
+    """tau = 0.002 (9 - y): u_tau at the bed's top from it, in the summary from the file itself."""
+    face = np.linspace(0.0, 9.0, 46)
+    facts = {"samples": 10, "begin": 0.0, "end": 13.0, "driving": 0.002, "wall_stress": [0.0, 0.0]}
+    file = run.folder / flow_statistics.FILE
+    with h5py.File(file, "w") as written:
+        written.attrs.update(facts | {"u_tau": 0.12, "stress_defect": 0.02})
+        written["profiles/y_face"] = face
+        written["profiles/viscous"] = 0.25 * 0.002 * (9.0 - face)
+        written["profiles/turbulent"] = 0.75 * 0.002 * (9.0 - face)
+    lines = {line.what: number(line.value) for line in summary.statistics_lines(run)}
+    friction, source = bed_friction.friction_velocity(run, SINCE)
+    file.unlink()
+    assert "total stress" in source
+    assert friction == pytest.approx(np.sqrt(0.016 / 1.5), rel=1e-12)
+    assert lines == pytest.approx({
+        "statistics over": 13, "friction velocity there": 0.04, "Re_tau there": 96,
+        "stress off a straight line": 2,
+    }, rel=1e-12)  # fmt: skip
