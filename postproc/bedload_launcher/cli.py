@@ -114,7 +114,7 @@ def run(options: argparse.Namespace) -> int:
         check_restart(restart, out)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
     if restart and run_folder(restart) == out:
-        job.keep_log(out)
+        job.keep_part(out)
     else:
         claim_output(out)
     out.mkdir(parents=True, exist_ok=True)

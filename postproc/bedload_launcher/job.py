@@ -106,12 +106,13 @@ class Job:
         return line
 
 
-def keep_log(out: Path) -> None:
-    """Gives LIGGGHTS' log of the run so far a name that the next part does not write over."""
-    log = out / "log.liggghts"
-    if log.is_file():
-        parts = len(list(out.glob("log.part*.liggghts")))
-        log.rename(out / f"log.part{parts + 1}.liggghts")
+def keep_part(out: Path) -> None:
+    """Gives LIGGGHTS' log and the times of the run so far names that the next part does not write over."""
+    for stem, ending in (("log", "liggghts"), ("timing", "csv")):
+        file = out / f"{stem}.{ending}"
+        if file.is_file():
+            parts = len(list(out.glob(f"{stem}.part*.{ending}")))
+            file.rename(out / f"{stem}.part{parts + 1}.{ending}")
 
 
 def run(command: Sequence[str], folder: Path) -> int:

@@ -30,19 +30,6 @@ def read(folder: Path) -> list[tuple[str, str, float, float]]:
                 for r in csv.DictReader(stream)]  # fmt: skip
 
 
-def hidden_share(rows: list[tuple[str, str, float, float]]) -> float:
-    """Share of the grains' motion during which the fluid's first rank does not wait for it."""
-    waits = [(start, end) for _, part, start, end in rows if part == "waiting for LIGGGHTS"]
-    motion = [(start, end) for _, part, start, end in rows if part == "grain motion"]
-    total = sum(end - start for start, end in motion)
-    waited = sum(
-        max(0.0, min(end, stop) - max(start, begin))
-        for start, end in motion
-        for begin, stop in waits
-    )
-    return 1.0 - waited / total if total > 0.0 else 1.0
-
-
 def draw(folder: Path, file: Path) -> None:
     rows = read(folder)
     programs = ["bedload-dem", "bedload-fluid"]

@@ -7,7 +7,6 @@ interrupted goes on from its last checkpoint, so the command may be given as oft
 import argparse
 import datetime
 import json
-import math
 import platform
 import subprocess
 import tomllib
@@ -152,7 +151,7 @@ def run_member(member: Member, ranks: job.Ranks, overrides: Sequence[str]) -> in
         return 0
     going_on = any(member.out.glob("checkpoint_*"))
     if going_on:
-        job.keep_log(member.out)
+        job.keep_part(member.out)
     elif (member.out / "settings.toml").is_file():
         # Nothing to go on from: its output would be mixed with the new run's.
         member.out.rename(_free_name(member.out))
@@ -173,24 +172,31 @@ def _free_name(out: Path) -> Path:
     return out.with_name(f"{out.name}.cut{number}")
 
 
+def hours(out: Path) -> tuple[float, bool]:
+    """Hours on the clock that the parts of a run took, and whether all of them have said it."""
+    run = Run(out)
+    tables = [run.table(file.name) for file in out.glob("timing.part*.csv")] + [run.timing()]
+    seconds = sum(float(table["seconds_mean_over_ranks"].sum()) for table in tables)
+    return seconds / 3600, len(tables) > len(list(out.glob("log.part*.liggghts")))
+
+
 def circumstances(members_: Sequence[Member], ranks: job.Ranks) -> dict[str, str]:
     """When, what and where, and how many hours the runs took."""
     commit = subprocess.run(
         ["git", "-C", str(ROOT), "describe", "--always", "--dirty"],
         capture_output=True, text=True, check=False,
     ).stdout.strip()  # fmt: skip
-    hours = 0.0
-    for member in members_:
-        try:
-            hours += float(Run(member.out).timing()["seconds_mean_over_ranks"].sum()) / 3600
-        except MissingOutput:
-            hours = math.nan
+    try:
+        spent, told = zip(*(hours(member.out) for member in members_), strict=True)
+        clock = ("" if all(told) else "more than ") + f"{sum(spent):.2f}"
+    except MissingOutput:
+        clock = "not known"
     return {
         "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),
         "commit": commit or "unknown",
         "processor": f"{platform.machine()}, {cores()} cores",
         "ranks of each run": f"{ranks.fluid} of the fluid, {ranks.dem} of LIGGGHTS",
-        "hours on the clock, all runs": "not known" if math.isnan(hours) else f"{hours:.2f}",
+        "hours on the clock, all runs": clock,
     }
 
 

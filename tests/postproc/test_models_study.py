@@ -117,6 +117,28 @@ def test_runs_start_are_skipped_and_go_on(tmp_path, started):
     assert (tmp_path / "setup2_small-actm.cut1" / "settings.toml").is_file()
 
 
+def test_hours_are_those_of_all_parts(tmp_path):
+    member = models.members(options("--out", str(tmp_path), "--models", "actm"),
+                            find_scene("setup2_small"))[0]  # fmt: skip
+    out = write_run(member.out, wandering_story())
+
+    def clock():
+        return models.circumstances([member], job.Ranks(1, 1))["hours on the clock, all runs"]
+
+    assert models.hours(out) == (pytest.approx(300.5 / 3600), True)
+    for part in (1, 2):
+        (out / "log.liggghts").touch()
+        job.keep_part(out)
+        assert not (out / "timing.csv").exists()
+        assert clock() == "not known"
+        text = "part,seconds_mean_over_ranks,seconds_max,share,calls\npressure,7200.0,7200.0,1.0,1\n"
+        (out / "timing.csv").write_text(text)
+        assert (out / f"log.part{part}.liggghts").is_file()
+    assert clock() == "4.08"
+    (out / "timing.part2.csv").unlink()  # of a part that was killed
+    assert clock() == "more than 2.08"
+
+
 def Run_end(folder):
     from bedload_post.outputs import Run
 
