@@ -27,7 +27,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--heights", type=float, nargs="+", metavar="Y",
         help="heights over the floor [L] (default: bed's top + 0.1, 0.3 and 0.7 of the depth)",
     )  # fmt: skip
-    parser.add_argument("--figure", type=Path, help="a PNG of correlations and profiles")
+    parser.add_argument("--figure", type=Path, help="a PNG of the correlations")
 
 
 def correlation(field: np.ndarray, axis: int) -> np.ndarray:
