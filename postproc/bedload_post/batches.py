@@ -45,8 +45,11 @@ class Estimate:
         return _memory(self.batches)
 
     def too_narrow(self, memory_times: float) -> bool:
-        """Whether the interval of a record of so many memory times promises too much."""
-        return bool(self.memory > HIGHEST_MEMORY or memory_times < (1 - 1e-9) * len(self.batches))
+        """Whether the interval of a record of so many memory times promises too much.
+
+        A record ends a sample early: a per cent shorter is not shorter.
+        """
+        return bool(self.memory > HIGHEST_MEMORY or memory_times < 0.99 * len(self.batches))
 
     def __str__(self) -> str:
         return f"{self.mean:.3f} ± {self.half_width:.3f}"

@@ -133,8 +133,10 @@ def order_sentences(values: Sequence[dict]) -> str:
     for ratio in ratios:
         known = [v for v in values if v["density_ratio"] == ratio and v["model"] in MODELS]
         if len(known) > 1:
-            where = f"At ρp/ρf {ratio:g}: " if len(ratios) > 1 else ""
-            found.append(where + order_sentence(known))
+            text = order_sentence(known)
+            found.append(
+                text if len(ratios) == 1 else f"At ρp/ρf {ratio:g}: {text[0].lower()}{text[1:]}"
+            )
     return " ".join(found)
 
 
