@@ -29,6 +29,7 @@ MODELS = {
 }
 SLIP_LENGTHS = np.concatenate([[0.0], np.geomspace(0.02, 2.0, 16)])  # of creeping phases, in D
 PNG = {"dpi": 110}
+LINES = ("-", "--", ":", "-.")
 
 
 @dataclass(frozen=True)
@@ -39,10 +40,21 @@ class Case:
     run: Run
     since: float  # end of the start-up [T]
     transport: Transport
+    ratios: tuple[float, ...] = ()  # density ratios of all cases beside which this one stands
+
+    @property
+    def model_label(self) -> str:
+        return MODELS.get(self.model, (self.model,))[0]
 
     @property
     def label(self) -> str:
-        return MODELS.get(self.model, (self.model,))[0]
+        """The model, and the density ratio where there are several."""
+        return self.model_label + (f", {self.density_ratio:g}" if len(self.ratios) > 1 else "")
+
+    @property
+    def dashes(self) -> str:
+        """Style of its lines: by density ratio, as the colour is by model."""
+        return LINES[self.ratios.index(self.density_ratio) % len(LINES)] if self.ratios else "-"
 
     @property
     def colour(self) -> str:
@@ -68,10 +80,11 @@ def heights(cases: Sequence[Case], file: Path) -> None:
     figure, axes = plt.subplots(1, 3, figsize=(11, 4.2), sharey=True, layout="constrained")
     for case in cases:
         y, density = case.transport.height_pdf()
-        axes[0].plot(np.where(density > 0, density, np.nan), y, color=case.colour, label=case.label)
+        shown = np.where(density > 0, density, np.nan)
+        axes[0].plot(shown, y, case.dashes, color=case.colour, label=case.label)
         for row, panel in ((1, axes[1]), (2, axes[2])):
             y, mean = case.transport.over_height(row)
-            panel.plot(mean, y, color=case.colour)
+            panel.plot(mean, y, case.dashes, color=case.colour)
     axes[0].set(xlabel="PDF of y/D", ylabel="y / D", xscale="log", ylim=(1.1, 3.5), xlim=(1e-3, 30))
     axes[1].set(xlabel="mean ω₃ D / u_b")
     axes[2].set(xlabel="mean u_p / u_b")
@@ -87,12 +100,15 @@ def jumping(cases: Sequence[Case], file: Path) -> None:
     edges = np.linspace(0, 1.5, 31)
     for case in cases:
         x, density = case.transport.spin_pdf(JUMPING)
-        spin.plot(x, _smooth(density, 5), color=case.colour, label=case.label)
+        spin.plot(x, _smooth(density, 5), case.dashes, color=case.colour, label=case.label)
         values = jump_heights(case.transport.phases, case.run.diameter)
         if len(values):
             counts = np.histogram(values, edges)[0] / (len(values) * np.diff(edges))
             label = f"{case.label}: {len(values)} jumps, mean {values.mean():.3f} D"
-            height.stairs(np.where(counts > 0, counts, np.nan), edges, color=case.colour, label=label)
+            height.stairs(
+                np.where(counts > 0, counts, np.nan), edges,
+                color=case.colour, ls=case.dashes, label=label,
+            )  # fmt: skip
     spin.set(xlabel="ω₃ D / u_b while jumping", ylabel="PDF", xlim=(-1, 0.5))
     height.set(xlabel="jump height / D", ylabel="PDF", yscale="log")
     spin.legend(frameon=False)
@@ -105,11 +121,11 @@ def creeping(cases: Sequence[Case], file: Path) -> None:
     figure, (speed, spin, slip) = plt.subplots(1, 3, figsize=(12, 3.8), layout="constrained")
     for case in cases:
         x, density = case.transport.velocity_pdf(CREEPING)
-        speed.plot(x, _smooth(density, 3), color=case.colour, label=case.label)
+        speed.plot(x, _smooth(density, 3), case.dashes, color=case.colour, label=case.label)
         x, density = case.transport.spin_pdf(CREEPING)
-        spin.plot(x, _smooth(density, 3), color=case.colour)
+        spin.plot(x, _smooth(density, 3), case.dashes, color=case.colour)
         length, mean, error = creeping_slip(case.transport.phases, case.run.diameter, SLIP_LENGTHS)
-        slip.errorbar(length, mean, error, color=case.colour, marker=".", lw=1)
+        slip.errorbar(length, mean, error, color=case.colour, ls=case.dashes, marker=".", lw=1)
     longest = float(slip.get_xlim()[1])
     slip.plot([0, longest], [0, -longest], "--", color="#999999", lw=1, label="slides: −L")
     slip.axhline(0, color="#999999", lw=0.8, label="rolls: 0")
@@ -145,7 +161,7 @@ def shares(cases: Sequence[Case], file: Path) -> None:
                 axis.errorbar(
                     [c.density_ratio for c in own], [v.mean for v in values],
                     [v.half_width for v in values], color=own[0].colour, marker="o", capsize=3,
-                    label=own[0].label,
+                    label=own[0].model_label,
                 )  # fmt: skip
             axis.set(title=name, xlabel="ρp / ρf", ylim=(-0.02, 1.02))
         axes[0].set(ylabel="share of time")
@@ -165,7 +181,10 @@ def mean_velocities(cases: Sequence[Case], file: Path, with_paper: bool) -> None
         if with_paper and case.model in MODELS:
             paper = MODELS[case.model][2]
             axis.plot(place, paper, "k_", ms=22, label="paper" if place == 0 else None)
-    axis.set_xticks(range(len(cases)), [case.label for case in cases])
+    axis.set_xticks(
+        range(len(cases)), [case.label for case in cases],
+        rotation=0 if len(cases) <= len(MODELS) else 60,
+    )  # fmt: skip
     axis.set(ylabel="mean particle velocity / u_b", ylim=(0, None), xlim=(-0.5, len(cases) - 0.5))
     axis.legend(frameon=False)
     _save(figure, file)
@@ -183,7 +202,7 @@ def velocity_series(cases: Sequence[Case], file: Path) -> None:
             axis.plot(
                 np.convolve(time, np.full(width, 1 / width), mode="valid") / through,
                 np.convolve(values, np.full(width, 1 / width), mode="valid"),
-                color=case.colour, label=case.label,
+                case.dashes, color=case.colour, label=case.label,
             )  # fmt: skip
         estimate = case.transport.mean("velocity")
         axis.axhline(estimate.mean, color=case.colour, lw=0.6, ls=":")
@@ -198,7 +217,7 @@ def flow(profiles: Sequence[tuple[Case, FlowStatistics]], file: Path) -> None:
     for case, p in profiles:
         scale, length = case.run.bulk_velocity, case.run.diameter
         y, face = p["y"] / length, p["y_face"] / length
-        axes[0].plot(p["u"] / scale, y, color=case.colour, label=case.label)
+        axes[0].plot(p["u"] / scale, y, case.dashes, color=case.colour, label=case.label)
         for name, at, style in (("uu", y, "-"), ("vv", face, "--"), ("ww", y, ":")):
             axes[1].plot(np.sqrt(np.maximum(p[name], 0)) / scale, at, style, color=case.colour, lw=1)
         density = case.run.value("fluid.density")

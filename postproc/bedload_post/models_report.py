@@ -3,7 +3,7 @@
 import html
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -82,8 +82,6 @@ def numbers(case: Case) -> dict:
     for state, name in enumerate(NAMES):
         share = t.share_of(state)
         found[f"share_{name}"], found[f"share_{name}_interval"] = share.mean, share.half_width
-    if case.model in MODELS:
-        found["paper_mean_velocity"] = MODELS[case.model][2]
     return found
 
 
@@ -94,7 +92,7 @@ def _rows(values: Sequence[dict], with_paper: bool) -> list[list[str]]:
         return [what, *(form(v) for v in values)]
 
     def plain(name: str, digits: int = 3, scale: float = 1.0):
-        return lambda v: "–" if v[name] is None else f"{scale * v[name]:.{digits}f}"
+        return lambda v: "–" if v.get(name) is None else f"{scale * v[name]:.{digits}f}"
 
     def with_interval(name: str, digits: int = 3, scale: float = 1.0):
         return lambda v: (
@@ -197,7 +195,10 @@ def draw_figures(comparison: Comparison, folder: Path) -> list[tuple[str, str]]:
     figures.shares(cases, folder / "shares.png")
     figures.velocity_series(cases, folder / "series.png")
     drawn = [
-        ("mean_velocity.png", "Mean particle velocity (the paper's Table 2)"),
+        (
+            "mean_velocity.png",
+            "Mean particle velocity" + (" (the paper's Table 2)" if comparison.with_paper else ""),
+        ),
         ("heights.png", "PDF of the grains' height, mean spin and mean velocity over height"),
         ("jumping.png", "Jumping grains: spin and height of the jumps"),
         ("creeping.png", "Creeping grains: velocity, spin, slip over the way between collisions"),
@@ -209,9 +210,7 @@ def draw_figures(comparison: Comparison, folder: Path) -> list[tuple[str, str]]:
         figures.flow(flows, folder / "flow.png")
         drawn.append(("flow.png", "The flow: mean velocity, rms, total shear stress"))
     for case in cases:
-        name = f"path-{case.model}" + (
-            f"-{case.density_ratio:g}" if len({c.density_ratio for c in cases}) > 1 else ""
-        )
+        name = f"path-{case.model}" + (f"-{case.density_ratio:g}" if len(case.ratios) > 1 else "")
         tag = path.chosen_grain(case.transport.phases)
         samples = first_way(case.run.samples_of(tag, case.since), case.run)
         path.draw(case.run, case.transport.phases, samples, tag, folder / f"{name}.png", dpi=80)
@@ -225,15 +224,20 @@ def write(comparison: Comparison, folder: Path, remarks: str = "") -> list[dict]
     `remarks`: paragraphs of HTML that stand under the table (what agrees, what does not, and why).
     """
     folder.mkdir(parents=True, exist_ok=True)
-    values = [numbers(case) for case in comparison.cases]
+    ratios = tuple(sorted({case.density_ratio for case in comparison.cases}))
+    cases = [replace(case, ratios=ratios) for case in comparison.cases]
+    comparison = replace(comparison, cases=cases)
+    values = [numbers(case) for case in cases]
+    for value in values if comparison.with_paper else ():
+        if value["model"] in MODELS:
+            value["paper_mean_velocity"] = MODELS[value["model"]][2]
     drawn = draw_figures(comparison, folder)
     kept = {"circumstances": comparison.circumstances, "runs": values}
     text = json.dumps(kept, indent=1, ensure_ascii=False, default=float)
     (folder / "numbers.json").write_text(text + "\n", encoding="utf-8")
-    ratios = len({case.density_ratio for case in comparison.cases}) > 1
     names = [
-        case.label + (f", ρp/ρf {case.density_ratio:g}" if ratios else "")
-        for case in comparison.cases
+        case.model_label + (f", ρp/ρf {case.density_ratio:g}" if len(ratios) > 1 else "")
+        for case in cases
     ]
     rows = [["", *names], *_rows(values, comparison.with_paper)]
     facts = [[name, value] for name, value in comparison.circumstances.items()]

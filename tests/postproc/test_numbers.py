@@ -54,7 +54,7 @@ def test_every_number_of_the_models_report(run):
     u_tau = np.sqrt((56 * 0.004 + 65 * 0.001) / 121 * 8 / 1.5)
     exact = {
         "model": "rpm", "grains": 1, "jumps": 2, "batches": 4, "interval_too_narrow": True,
-        "paper_mean_velocity": 0.247, "u_tau_from": "driving force times depth",
+        "u_tau_from": "driving force times depth",
     }  # fmt: skip
     near = {
         "density_ratio": 1.4,

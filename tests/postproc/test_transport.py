@@ -306,6 +306,7 @@ def test_several_densities_stand_side_by_side(run, tmp_path):
     assert found[0]["shields"] == pytest.approx(5 * found[1]["shields"], rel=1e-12)
     page = (folder / "report.html").read_text()
     assert "rpm, ρp/ρf 2.25" in page
+    assert "paper_mean_velocity" not in found[0]  # Table 2 is of Setup II
     assert "ean velocity falls" not in page  # one model at each ratio
     assert {"path-rpm-1.25.png", "path-rpm-2.25.png"} <= {file.name for file in folder.iterdir()}
     models_report.write(models_report.Comparison("one", cases[:1], False, {}), tmp_path / "o")
