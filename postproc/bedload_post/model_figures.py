@@ -75,6 +75,11 @@ def _smooth(values: np.ndarray, width: int) -> np.ndarray:
     return np.convolve(values, np.full(width, 1.0 / width), mode="same")
 
 
+def _legend(axis, cases: Sequence[Case], **more) -> None:
+    """Names of the cases, small where they are many."""
+    axis.legend(frameon=False, fontsize=None if len(cases) <= len(MODELS) else 6, **more)
+
+
 def heights(cases: Sequence[Case], file: Path) -> None:
     """PDF of y, mean omega_3(y) and mean u_p(y)."""
     figure, axes = plt.subplots(1, 3, figsize=(11, 4.2), sharey=True, layout="constrained")
@@ -89,7 +94,7 @@ def heights(cases: Sequence[Case], file: Path) -> None:
     axes[1].set(xlabel="mean ω₃ D / u_b")
     axes[2].set(xlabel="mean u_p / u_b")
     axes[1].axvline(0, color="#bbbbbb", lw=0.8, zorder=0)
-    axes[0].legend(frameon=False)
+    _legend(axes[0], cases)
     figure.suptitle("Grains over height (bed top at y = D, a grain in a pocket at 1.32 D)", fontsize=11)
     _save(figure, file)
 
@@ -111,8 +116,8 @@ def jumping(cases: Sequence[Case], file: Path) -> None:
             )  # fmt: skip
     spin.set(xlabel="ω₃ D / u_b while jumping", ylabel="PDF", xlim=(-1, 0.5))
     height.set(xlabel="jump height / D", ylabel="PDF", yscale="log")
-    spin.legend(frameon=False)
-    height.legend(frameon=False, fontsize=8)
+    _legend(spin, cases)
+    height.legend(frameon=False, fontsize=8 if len(cases) <= len(MODELS) else 6)
     _save(figure, file)
 
 
@@ -132,7 +137,7 @@ def creeping(cases: Sequence[Case], file: Path) -> None:
     speed.set(xlabel="u_p / u_b while creeping", ylabel="PDF", xlim=(-0.2, 0.8))
     spin.set(xlabel="ω₃ D / u_b while creeping", xlim=(-1, 0.5))
     slip.set(xlabel="L / D", ylabel="mean L_slip / D", xlim=(0, longest))
-    speed.legend(frameon=False)
+    _legend(speed, cases)
     slip.legend(frameon=False, fontsize=8)
     _save(figure, file)
 
@@ -207,7 +212,7 @@ def velocity_series(cases: Sequence[Case], file: Path) -> None:
         estimate = case.transport.mean("velocity")
         axis.axhline(estimate.mean, color=case.colour, lw=0.6, ls=":")
     axis.set(xlabel="time in flow-throughs L_x/u_b", ylabel="u_p / u_b, running mean", ylim=(0, None))
-    axis.legend(frameon=False, ncol=4)
+    _legend(axis, cases, ncol=4)
     _save(figure, file)
 
 
@@ -227,5 +232,5 @@ def flow(profiles: Sequence[tuple[Case, FlowStatistics]], file: Path) -> None:
     axes[0].set(xlabel="mean u / u_b (intrinsic)", ylabel="y / D")
     axes[1].set(xlabel="rms of u (—), v (- -), w (···) / u_b")
     axes[2].set(xlabel="total shear stress / ρ u_b² (- -: driving force)")
-    axes[0].legend(frameon=False)
+    _legend(axes[0], [case for case, _ in profiles])
     _save(figure, file)
