@@ -50,7 +50,7 @@ def kernels(program: Path, ranks: job.Ranks) -> Iterator[dict]:
     with subprocess.Popen(
         line, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, env=job.environment()
     ) as measurement:
-        for text in measurement.stdout:
+        for text in measurement.stdout or ():
             if text.startswith("{"):
                 yield json.loads(text)
     if measurement.returncode != 0:

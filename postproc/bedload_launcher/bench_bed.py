@@ -33,17 +33,16 @@ class Bed:
 
 
 # Ten times the spheres on ten times the cells: 50 rows of 40, a mobile one in every fourth pocket.
-LARGE = {
-    "warm_up": 4,
-    "steps": 8,
-    "settings": ("grid.cells=[440,90,400]", "grid.length=[44.0,9.0,40.0]"),
-    "variables": {"rows": "50", "columns": "40", "length": "44", "every": "4", "mobile": "500"},
-}
 BEDS = (
     Bed("bed", "double"),
     Bed("bed", "single"),
-    Bed("bed/large", "double", **LARGE),
-)
+    Bed("bed/three forcing loops", "double", settings=("spheres.forcing_loops=3",)),
+    Bed("bed/all grains move", "double", variables={"held": "none"}),
+    Bed(
+        "bed/large", "double", 4, 8, ("grid.cells=[440,90,400]", "grid.length=[44.0,9.0,40.0]"),
+        {"rows": "50", "columns": "40", "length": "44", "every": "4", "mobile": "500"},
+    ),
+)  # fmt: skip
 
 
 def measure(bed: Bed, ranks: job.Ranks) -> dict:

@@ -17,6 +17,7 @@ import subprocess
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from . import job
@@ -37,7 +38,7 @@ MPI_SETUP = ("mpirun", "orted", "orterun")
 def fluid(steps: int, out: Path, settings: Sequence[str] = (), warm_up: int = 0) -> list[str]:
     """bedload-fluid on the benchmark's channel."""
     line = [str(job.BIN / "bedload-fluid"), str(SCENE / "fluid.toml"), "--out", str(out)]
-    line += ["--steps", str(steps), "--warm-up", str(warm_up)]
+    line += ["--overwrite", "--steps", str(steps), "--warm-up", str(warm_up)]
     return line + [word for setting in settings for word in ("--set", setting)]
 
 
@@ -156,7 +157,7 @@ def counts_of(pair: Pair, ranks: int) -> dict:
 
 def rows(ranks: job.Ranks) -> Iterator[dict]:
     for pair in PAIRS_OF_PROGRAMS:
-        times = in_turn(lambda p=pair: p.off(ranks.fluid), lambda p=pair: p.never(ranks.fluid))
+        times = in_turn(partial(pair.off, ranks.fluid), partial(pair.never, ranks.fluid))
         yield {"name": f"effects/{pair.effect}", "effect": pair.effect, "ranks": ranks.fluid,
                **times, **counts_of(pair, ranks.fluid)}  # fmt: skip
     times = in_turn(lambda: fluid_seconds((STATISTICS,), ranks.fluid), lambda: fluid_seconds((), ranks.fluid))

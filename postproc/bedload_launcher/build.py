@@ -46,12 +46,12 @@ def _must_configure(ninja_file: Path) -> bool:
     return f"CMAKE_HOME_DIRECTORY:INTERNAL={ROOT}\n" not in cache
 
 
-def _configure(log: Path) -> None:
+def _configure(log: Path, *options: str) -> None:
     """Configures from scratch: what an earlier attempt found, or missed, may have changed."""
     print("bedload: configuring", file=sys.stderr, flush=True)
     with log.open("w", encoding="utf-8") as out:
         code = subprocess.run(
-            ["cmake", "--preset", "release", "--fresh", "-S", str(ROOT)],
+            ["cmake", "--preset", "release", "--fresh", "-S", str(ROOT), *options],
             cwd=ROOT, stdout=out, stderr=subprocess.STDOUT, check=False,
         ).returncode  # fmt: skip
     if code != 0:
@@ -70,7 +70,7 @@ def _ninja(targets: Sequence[str], log: Path) -> list[str]:
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
         env=environment,
     ) as ninja:  # fmt: skip
-        for line in ninja.stdout:
+        for line in ninja.stdout or ():
             out.write(line)
             step = re.match(r"\[(\d+)/(\d+)\] ", line)
             if step:
@@ -81,15 +81,17 @@ def _ninja(targets: Sequence[str], log: Path) -> list[str]:
     return failed if ninja.returncode != 0 else []
 
 
-def build(targets: Sequence[str] = ("all",)) -> None:
+def build(targets: Sequence[str] = ("all",), portable: bool = False) -> None:
     """Configures if needed and builds `targets`; does and prints nothing when all is up to date.
+
+    portable: for other processors than this one, from now on.
 
     Raises UserError, after printing the compiler's words, when it does not succeed.
     """
     FOLDER.mkdir(parents=True, exist_ok=True)
     ninja_file = FOLDER / "build.ninja"
-    if _must_configure(ninja_file):
-        _configure(FOLDER / "configure.log")
+    if portable or _must_configure(ninja_file):
+        _configure(FOLDER / "configure.log", *(["-DBEDLOAD_NATIVE=OFF"] if portable else []))
     log = FOLDER / "build.log"
     failed = _ninja(targets, log)
     if failed and failed[0].startswith("FAILED: build.ninja"):

@@ -3,26 +3,22 @@
 import argparse
 import difflib
 import os
-import shlex
-import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from . import accuracy
 from . import bench as measure
-from . import bench_bed, bench_effects
-from . import estimate as predict
-from . import job
+from . import bed_options, bench_bed, bench_effects, bench_table, job, presets, runs
+from . import cost as predict
+from . import lint as checks
 from .build import FOLDER, ROOT, build
 from .errors import UserError, unknown
 from .machine import available_memory, processors
-from .scenes import DEFAULT, all_scenes, choose_model, find_scene, read_variables
+from .scenes import DEFAULT, all_scenes, choose_model, find_scene
 from .studies import all_studies, run_study
-from .words import say
+from .words import plain, say
 
-MODEL_FILE = "model.txt"  # in a run's folder
 PYTHON = ["/usr/bin/python3", "-I", "-B"]
 
 
@@ -33,103 +29,38 @@ class Parser(argparse.ArgumentParser):
         raise UserError(f"{message} (see {self.prog} --help)")
 
 
-def previous_of(out: Path) -> Path:
-    """Where an earlier run in `out` moves to."""
-    return out.with_name(out.name + ".previous")
-
-
-def claim_output(out: Path) -> None:
-    """Makes room for a new run: an earlier run there moves to `<out>.previous` (one is kept).
-
-    Raises UserError when the folder holds something that is no run.
-    """
-    if not out.exists() or all(file.name == MODEL_FILE for file in out.iterdir()):
-        return  # nothing there, or a run that never began
-    if not (out / "settings.toml").is_file():
-        raise UserError(f"{out} is not empty and holds no earlier run; name another with --out.")
-    previous = previous_of(out)
-    if previous.exists():
-        if not (previous / "settings.toml").is_file():
-            raise UserError(f"{previous} is in the way and holds no earlier run; move it aside.")
-        # Only what was once a run's output folder is ever removed.
-        subprocess.run(["rm", "-rf", "--", str(previous)], check=True)
-    out.rename(previous)
-
-
-def run_folder(restart: Path) -> Path:
-    """The folder of the run that `--restart` names, itself or by one of its checkpoints."""
-    return restart.parent if restart.name.startswith("checkpoint_") else restart
-
-
-def last_checkpoint(out: Path) -> Path | None:
-    """The newest checkpoint of the run in `out`."""
-    return max(out.glob("checkpoint_" + "[0-9]" * 8), default=None)
-
-
-def check_restart(restart: Path, out: Path) -> None:
-    """Refuses what holds no checkpoint, and a run that making room in `out` would remove."""
-    folder = run_folder(restart)
-    if not restart.is_dir() or (restart == folder and last_checkpoint(folder) is None):
-        raise UserError(f"--restart {restart}: is neither a checkpoint nor a run that holds one.")
-    if folder != out and folder == previous_of(out):
-        raise UserError(
-            f"--restart names {folder}, the place for an earlier run of {out}; "
-            "go on without --out, or name another."
-        )
-
-
-def record_model(out: Path, model: str | None) -> None:
-    """Notes the collision model beside the run's files, for the one that goes on from there."""
-    if model:
-        (out / MODEL_FILE).write_text(model + "\n", encoding="utf-8")
-
-
-def recorded_model(restart: Path | None) -> str | None:
-    """The model of the run that `--restart` names, where it is noted."""
-    file = run_folder(restart) / MODEL_FILE if restart else None
-    return file.read_text(encoding="utf-8").strip() if file and file.is_file() else None
-
-
-def go_on(options: argparse.Namespace, out: Path) -> str:
-    """How to go on with the run in `out`: what was said about it has to be said again."""
-    last = last_checkpoint(out)
-    if last is None:
-        return ""
-    words = ["--accuracy", options.accuracy] if options.accuracy else []
-    for name, values in (("--set", options.set), ("--var", options.var)):
-        words += [word for value in values for word in (name, value)]
-    return f"; go on with {shlex.join([*words, '--restart', str(last)])}"
-
-
 def run(options: argparse.Namespace) -> int:
-    scene = find_scene(options.scene)
-    restart = options.restart and options.restart.resolve()
-    model = choose_model(scene, options.model or recorded_model(restart))
-    settings = accuracy.settings_of(options.accuracy, scene, options.set)
-    variables = read_variables(scene, model, options.var)
-    name = "-".join(filter(None, (scene.name, model, options.accuracy)))
-    out = (options.out or (run_folder(restart) if restart else Path("runs") / name)).resolve()
-    ranks = job.Ranks.parse(options.ranks)
-    if restart:
-        check_restart(restart, out)
-    build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
-    if restart and run_folder(restart) == out:
-        job.keep_part(out)
-    else:
-        claim_output(out)
-    out.mkdir(parents=True, exist_ok=True)
-    record_model(out, model)
-    work = job.Job(scene, model, ranks, out, settings, options.steps, variables, restart)
-    print(f"bedload: {work.summary()}; output in {out}", flush=True)
-    status = job.run(work.command(), scene.folder)
+    ask = runs.Ask(
+        options.scene, options.model, options.accuracy, options.set, options.var, options.ranks,
+        options.steps, options.out, options.restart,
+    )  # fmt: skip
+    status, out = runs.start(ask)
     if status != 0:
-        print(
-            f"bedload: the run ended with status {status}; its output is {out}{go_on(options, out)}",
-            file=sys.stderr,
-        )
         return status
-    show = [*PYTHON, str(ROOT / "postproc" / "show.py"), str(out), "--after-run"]
-    return job.run(show + (["--no-pictures"] if options.no_pictures else []), Path.cwd())
+    return job.run(show_line(out, options.no_pictures, "--after-run"), Path.cwd())
+
+
+def show_line(out: Path, no_pictures: bool, *more: str) -> list[str]:
+    """The program that shows the result of a run."""
+    line = [*PYTHON, str(ROOT / "postproc" / "show.py"), str(out), *more]
+    return line + (["--no-pictures"] if no_pictures else [])
+
+
+def show(options: argparse.Namespace) -> int:
+    return job.run(show_line(options.out.resolve(), options.no_pictures), Path.cwd())
+
+
+def film(options: argparse.Namespace) -> int:
+    line = ["--film", repr(options.since), "--frames", str(options.frames)]
+    # Debian's VTK draws on a screen only; this one is virtual.
+    return job.run(["xvfb-run", "-a", *show_line(options.out.resolve(), False, *line)], Path.cwd())
+
+
+def lint(options: argparse.Namespace) -> int:
+    if not options.quick:
+        build(["bedload-fluid"])  # clang-tidy needs to know how files are compiled
+    tidy = checks.with_ending(checks.tracked(), [".cpp"]) if options.all else options.tidy
+    return min(1, checks.lint(tidy, options.quick))
 
 
 def test(options: argparse.Namespace) -> int:
@@ -138,12 +69,17 @@ def test(options: argparse.Namespace) -> int:
     return job.run(line + (["-R", options.only] if options.only else []), ROOT)
 
 
+def build_all(options: argparse.Namespace) -> int:
+    build(["bedload-fluid", "bedload-dem"] if options.portable else ["all"], options.portable)
+    return 0
+
+
 def scenes(_: argparse.Namespace) -> int:
     found = all_scenes()
     width = max(map(len, found), default=0)
     for name, scene in found.items():
         mark = "*" if name == DEFAULT else " "
-        print(f"{mark} {name:<{width}}  {scene.summary()}")
+        print(f"{mark} {plain(name):<{width}}  {plain(scene.summary())}")
     return 0
 
 
@@ -154,10 +90,17 @@ def bench(options: argparse.Namespace) -> int:
     known = {*kernels, *steps, "bed", "effects"}
     if options.name is not None and options.name not in known:
         raise unknown("benchmark", options.name, known)
+    if options.table and options.name != "fluid":
+        raise UserError("--table is there for `./bedload bench fluid` alone.")
     for name, program in kernels.items():
-        if options.name in (None, name):
-            for record in measure.kernels(program, ranks):
-                measure.print_record(record)
+        if options.name not in (None, name):
+            continue
+        records = []
+        for record in measure.kernels(program, ranks):
+            measure.print_record(record)
+            records.append(record)
+        if options.table:
+            print(bench_table.fluid(records))
     for name, scene in steps.items():
         if options.name == name or (options.name is None and "/" not in name):  # no validation/...
             measure.print_record(measure.whole_step(scene, ranks))
@@ -172,17 +115,25 @@ def estimate(options: argparse.Namespace) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
     ranks = job.Ranks.parse(options.ranks)
-    settings = accuracy.settings_of(options.accuracy, scene, options.set)
+    settings = presets.settings_of(options.accuracy, scene, options.set)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
     cost = predict.estimate(scene, model, ranks, settings, scene.cells(settings), say)
     print(predict.describe(cost, ranks, scene.moves_grains, available_memory()))
-    errors = accuracy.measured_errors(options.accuracy or "standard")
-    if errors and scene.moves_grains:
+    errors = presets.measured_errors(options.accuracy or "standard", presets.cases_like(scene, model))
+    if errors:
+        cells = "ten cells to a diameter" if scene.has_spheres else "twenty cells from wall to wall"
         print(
-            f"errors found   {', '.join(errors)}, with ten cells to a diameter before the preset "
-            "(postproc/reports/accuracy)"
+            f"errors found   {', '.join(errors)}, with {cells} before the preset "
+            "(postproc/reports/accuracy); this scene's own: ./bedload study accuracy SCENE"
         )
     return 0
+
+
+def settle(options: argparse.Namespace) -> int:
+    build(["bedload-fluid", "bedload-dem"] if options.wet else ["bedload-dem"])
+    from bedload_studies import bed_settling  # needs numpy, which may just have been installed
+
+    return bed_settling.settle(options)
 
 
 def study(options: argparse.Namespace) -> int:
@@ -218,8 +169,9 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
 
     sub = command("run", run, "run a scene and show the result")
     sub.add_argument(
-        "scene", nargs="?", default=DEFAULT, metavar="SCENE",
-        help=f"a name from `bedload scenes`, or a folder with a fluid.toml (default: {DEFAULT})",
+        "scene", nargs="?", metavar="SCENE",
+        help=f"a name from `bedload scenes`, or a folder with a fluid.toml (default: {DEFAULT}, with "
+        "--restart the run's own)",
     )  # fmt: skip
     sub.add_argument(
         "--model",
@@ -228,7 +180,7 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     )
     sub.add_argument(
         "--accuracy", metavar="PRESET",
-        help="; ".join(f"{name}: {p.sentence}" for name, p in accuracy.PRESETS.items()),
+        help="; ".join(f"{name}: {p.sentence}" for name, p in presets.PRESETS.items()),
     )  # fmt: skip
     sub.add_argument(
         "--ranks", metavar="FLUID:DEM",
@@ -249,7 +201,8 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     sub.add_argument(
         "--restart", type=Path, metavar="DIR",
         help="go on from a checkpoint, or from the last one in the run's folder DIR; without --out "
-        "the run goes on there; takes the model from there, but not --set, --var and --accuracy",
+        "the run goes on there; scene, model, --set, --var and --accuracy are the run's own where "
+        "nothing else is said",
     )  # fmt: skip
     sub.add_argument("--no-pictures", action="store_true", help="numbers only at the end")
 
@@ -259,6 +212,25 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     sub.add_argument("--accuracy", metavar="PRESET", help="as for run")
     sub.add_argument("--ranks", metavar="FLUID:DEM", help="as for run")
     sub.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as for run")
+
+    sub = command("show", show, "make pictures, numbers and report of a run's output folder again")
+    sub.add_argument(
+        "out", type=Path, metavar="OUT", help="output folder of a run, or a folder of kept results"
+    )
+    sub.add_argument("--no-pictures", action="store_true", help="numbers and report only")
+
+    sub = command("film", film, "make film.mp4 of a run's moving grains")
+    sub.add_argument("out", type=Path, metavar="OUT", help="output folder of a run")
+    sub.add_argument("--since", type=float, default=0.0, metavar="T", help="from this time on (default: 0)")
+    sub.add_argument("--frames", type=int, default=250, metavar="N", help="at most (default: 250)")
+
+    sub = command("lint", lint, "let clang-format, flake8, mypy and clang-tidy look at the sources")
+    sub.add_argument("--quick", action="store_true", help="without clang-tidy")
+    sub.add_argument("--tidy", nargs="+", metavar="FILE", help="these for clang-tidy (default: what changed)")
+    sub.add_argument("--all", action="store_true", help="every file for clang-tidy: half an hour")
+
+    sub = command("build", build_all, "install what is missing and build, for nothing else yet")
+    sub.add_argument("--portable", action="store_true", help="the programs alone, for other processors too")
 
     sub = command("test", test, "build everything and pass the tests")
     sub.add_argument("--only", metavar="REGEX", help="only the tests whose name matches")
@@ -270,6 +242,10 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
         "name", nargs="?", metavar="NAME", help="only this one: a kernel, or a scene's time step"
     )
     sub.add_argument("--ranks", metavar="FLUID:DEM", help="MPI ranks (default: every core)")
+    sub.add_argument("--table", action="store_true", help="of `fluid`, the table of its README behind them")
+
+    sub = command("settle", settle, "let a bed settle from a rain of grains, for a scene's script to read")
+    bed_options.add_options(sub)
 
     sub = command("study", study, "run a series of runs that answers one question, and its report")
     sub.add_argument("name", nargs="?", metavar="NAME", help="which one (none: list them)")
@@ -297,10 +273,22 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     return options
 
 
+def check_names(options: argparse.Namespace) -> None:
+    """Refuses a scene or a study that does not exist."""
+    if getattr(options, "scene", None) is not None:
+        find_scene(options.scene)
+    if options.action is study and options.name is not None and options.name not in all_studies():
+        raise unknown("study", options.name, all_studies())
+
+
 def main() -> int:
     os.environ.update(job.environment())
     try:
         options = parse(sys.argv[1:])
+        only_read = os.environ.pop("BEDLOAD_ONLY_READ", None)  # by the script that installs packages
+        if only_read and options.action is not scenes:
+            check_names(options)
+            return int(only_read)
         return options.action(options)
     except UserError as error:
         print(f"bedload: {error}", file=sys.stderr)

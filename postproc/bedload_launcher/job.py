@@ -1,18 +1,24 @@
 """One MPI job: the mpirun line, its environment, its signals, its status."""
 
+import atexit
+import ctypes
+import functools
 import os
+import re
+import shutil
 import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from .build import BIN
 from .errors import UserError
 from .machine import cores
-from .scenes import Scene
+from .scenes import INPUTS, Scene
 
 # Root may run (a container often has no other user); ranks are not bound, since a waiting LIGGGHTS
 # rank sleeps and leaves its core to the fluid; more ranks than cores are allowed for that reason.
@@ -26,7 +32,11 @@ MPI_ENVIRONMENT = {
     "OMPI_MCA_btl_vader_eager_limit": "32768",
 }
 HOSTS = Path("/etc/hosts")
-FORWARDED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1, signal.SIGUSR2)
+FORWARDED = (
+    signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGUSR1, signal.SIGUSR2,
+)  # fmt: skip
+PR_SET_PDEATHSIG = 1  # of Linux
+_LIBC = ctypes.CDLL(None)
 
 
 def environment() -> dict[str, str]:
@@ -41,6 +51,40 @@ def environment() -> dict[str, str]:
         # mpirun gives every rank a terminal; this says that what they print ends up in a log.
         return added | dict(os.environ) | {"TERM": "dumb"}
     return added | dict(os.environ)
+
+
+def dies_with_us() -> Callable[[], None]:
+    """For preexec_fn of a job: the system ends it when this process ends, be it by SIGKILL.
+
+    To mpirun SIGTERM is the word to end its programs.
+    """
+    parent = os.getpid()
+
+    def ask() -> None:
+        _LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+        if os.getppid() != parent:  # which has ended in between
+            os._exit(1)
+
+    return ask
+
+
+def readable(path: str) -> bool:
+    """Whether a LIGGGHTS script takes the path for one word."""
+    return re.search(r"[\s$\"'#&]", path) is None
+
+
+@functools.cache
+def script_path(path: Path, folder: Path) -> str:
+    """`path` for a script that is run in `folder`: where it has blanks, a way to it that has none."""
+    ways = (str(path), os.path.relpath(path, folder))
+    for way in ways:
+        if readable(way):
+            return way
+    links = tempfile.mkdtemp(prefix="bedload-")
+    atexit.register(shutil.rmtree, links, ignore_errors=True)
+    link = os.path.join(links, "folder")
+    os.symlink(path, link)
+    return link
 
 
 @dataclass(frozen=True)
@@ -93,7 +137,9 @@ class Job:
         line = ["mpirun", "--quiet", "-np", str(self.ranks.fluid), *fluid]
         if self.scene.moves_grains and not self.fluid_alone:
             script = str(self.scene.other_script or "in.liggghts")
-            dem = [str(BIN / "bedload-dem"), "-in", script, "-var", "out", str(self.out)]
+            dem = [str(BIN / "bedload-dem"), "-in", script, "-var", "out", script_path(self.out, self.scene.folder)]
+            if not readable(str(INPUTS)):  # else bedload-dem says where they are
+                dem += ["-var", "inputs", script_path(INPUTS, self.scene.folder)]
             if self.model:
                 dem += ["-var", "model", self.model]
             if "cell" in self.scene.variables() and "cell" not in self.variables:
@@ -115,6 +161,10 @@ def keep_part(out: Path) -> None:
             file.rename(out / f"{stem}.part{parts + 1}.{ending}")
 
 
+def run_job(work: Job) -> int:
+    return run(work.command(), work.scene.folder)
+
+
 def run(command: Sequence[str], folder: Path) -> int:
     """Runs `command` in `folder`, its output going straight to the terminal.
 
@@ -126,14 +176,18 @@ def run(command: Sequence[str], folder: Path) -> int:
 
     def pass_on(received: int, _) -> None:
         gently = received in wishes
-        wishes.clear()
+        if received != signal.SIGUSR1:
+            wishes.clear()
+        if received == signal.SIGQUIT:  # which ends mpirun and leaves its programs
+            received = signal.SIGTERM
         child.send_signal(signal.SIGUSR2 if gently else received)
 
     # A process group of its own, so that Ctrl-C reaches mpirun once, through us: a second one
     # within seconds would make it give up the ranks without letting them finish.
     child = subprocess.Popen(
-        command, cwd=folder, env=environment(), stdin=subprocess.DEVNULL, process_group=0
-    )
+        command, cwd=folder, env=environment(), stdin=subprocess.DEVNULL, process_group=0,
+        preexec_fn=dies_with_us(),
+    )  # fmt: skip
     before = {number: signal.signal(number, pass_on) for number in FORWARDED}
     try:
         code = child.wait()

@@ -67,7 +67,7 @@ def _bytes(entry: str) -> int:
 def _descendants(parent: int) -> list[int]:
     found, todo = [], [parent]
     while todo:
-        children = []
+        children: list[int] = []
         for tasks in Path(f"/proc/{todo.pop()}/task").glob("*/children"):
             try:
                 children += map(int, tasks.read_text(encoding="ascii").split())

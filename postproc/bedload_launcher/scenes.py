@@ -35,6 +35,12 @@ class Scene:
         """Without a LIGGGHTS script no LIGGGHTS is started."""
         return self.script.is_file()
 
+    @property
+    def has_spheres(self) -> bool:
+        """LIGGGHTS' or those of a file."""
+        text = (self.folder / "fluid.toml").read_text(encoding="utf-8")
+        return self.moves_grains or bool(tomllib.loads(text).get("spheres", {}).get("file"))
+
     def default_model(self) -> str | None:
         """The model that the script itself sets (`variable model index NAME`), if any."""
         if not self.moves_grains:
@@ -54,6 +60,11 @@ class Scene:
     def cell_size(self, overrides: Sequence[str] = ()) -> float:
         """h along x [L]."""
         return self._grid("length", overrides)[0] / self._grid("cells", overrides)[0]
+
+    def lengths(self, overrides: Sequence[str] = ()) -> tuple[float, float, float]:
+        """Lengths of the box along x, y and z [L]."""
+        x, y, z = (float(length) for length in self._grid("length", overrides))
+        return x, y, z
 
     def _grid(self, key: str, overrides: Sequence[str]) -> list[float]:
         texts = [(self.folder / "fluid.toml").read_text(encoding="utf-8")]
@@ -84,7 +95,7 @@ class Scene:
         `given`: what the command line sets. An include that leads to no file, for its name holds an
         unknown variable, say, stays as it is.
         """
-        found = dict(given or {})
+        found = {"inputs": str(INPUTS)} | dict(given or {})
 
         def lines(script: Path) -> Iterator[str]:
             for line in script.read_text(encoding="utf-8").splitlines():
@@ -92,7 +103,7 @@ class Scene:
                     found.setdefault(*setting)
                 elif include := re.match(r"\s*include\s+(\S+)", line):
                     name = re.sub(r"\$\{(\w+)\}", lambda m: found.get(m[1], ""), include[1])
-                    if (self.folder / name).is_file():
+                    if (self.folder / name).is_file():  # an absolute name stands for itself
                         yield from lines(self.folder / name)
                         continue
                 yield line

@@ -8,6 +8,7 @@ import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from . import job
 from .errors import UserError
@@ -35,7 +36,7 @@ class Trial:
     output_seconds: float
     fluid_bytes: int
     dem_bytes: int
-    answer: object = None  # what `read` of run_trial made of the output folder
+    answer: Any = None  # what `read` of run_trial made of the output folder
     cfl_step: float = math.inf
     checkpoint_seconds: float = 0.0
     start_seconds: float = 0.0
@@ -44,7 +45,8 @@ class Trial:
 
     @property
     def cells(self) -> tuple[int, int, int]:
-        return tuple(self.settings["grid"]["cells"])
+        nx, ny, nz = self.settings["grid"]["cells"]
+        return nx, ny, nz
 
     @property
     def step_seconds(self) -> float:
@@ -66,7 +68,7 @@ def run_trial(
         began = time.monotonic()
         with words_file.open("w") as words, subprocess.Popen(
             work.command(), cwd=work.scene.folder, env=job.environment(), stdin=subprocess.DEVNULL,
-            stdout=words, stderr=subprocess.STDOUT,
+            stdout=words, stderr=subprocess.STDOUT, preexec_fn=job.dies_with_us(),
         ) as running, MemoryWatch(running.pid) as memory:  # fmt: skip
             running.wait()
             wall = time.monotonic() - began

@@ -4,6 +4,7 @@ Each frame is one sample of spheres.h5; grains are coloured by their speed as in
 server as that does.
 """
 
+import math
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -31,6 +32,7 @@ from .picture import (
 SIZE = (1120, 560)
 FRAMES_PER_SECOND = 25
 HEADROOM = 2.5  # diameters above the bed's top that are shown
+THICK = 1.5  # diameters of mean height above the fixed spheres: from there on grains are a bed of their own
 
 
 def _chosen(run: Run, since: float, every: int, most: int) -> Iterator[tuple[float, Frames, int]]:
@@ -43,6 +45,18 @@ def _chosen(run: Run, since: float, every: int, most: int) -> Iterator[tuple[flo
             seen += 1
             if seen >= most * every:
                 return
+
+
+def top_of_bed(run: Run, fixed_top: float, since: float) -> float:
+    """Height of the bed's top [L]: of the fixed spheres, or of a thick layer of mobile ones on them.
+
+    A layer of constant packing has its centre of mass at half of its height.
+    """
+    for _, part, row in _chosen(run, since, 1, 1):
+        mean = float(part.position[row][:, 1].mean())
+        if mean > fixed_top + THICK * run.diameter:
+            return 2.0 * mean
+    return fixed_top
 
 
 def clock(run: Run, time: float) -> str:
@@ -66,13 +80,21 @@ def _encoder(file: Path) -> subprocess.Popen:
     )  # fmt: skip
 
 
-def render(run: Run, file: Path, since: float, every: int = 2, most: int = 250) -> int:
-    """Renders `most` frames from the time `since` on into `file`; returns how many there were."""
+def thinning(run: Run, since: float, most: int) -> int:
+    """Every how many-th instant is shown, so that at most `most` frames reach from `since` to the end."""
+    instants = len({float(t) for time, _ in run.instants() for t in time if t >= since})
+    return max(1, math.ceil(instants / most))
+
+
+def render(run: Run, file: Path, since: float, most: int = 250) -> int:
+    """Renders at most `most` frames from the time `since` to the end into `file`; returns their number."""
+    every = thinning(run, since, most)
     bed, bed_radii = run.fixed_spheres()
-    bed_top = float((bed[:, 1] + bed_radii).max()) if len(bed) else 0.0
+    fixed_top = float((bed[:, 1] + bed_radii).max()) if len(bed) else 0.0
+    bed_top = top_of_bed(run, fixed_top, since)
     shown = run.box.copy()
     shown[1] = bed_top + HEADROOM * run.diameter
-    speeds = colour_table(GRAIN_COLOURS, 0.0, max(highest_speed(run) / run.bulk_velocity, 1e-3))
+    speeds = colour_table(GRAIN_COLOURS, 0.0, max(highest_speed(run, since) / run.bulk_velocity, 1e-3))
 
     renderer = vtk.vtkRenderer()
     renderer.SetBackground(1.0, 1.0, 1.0)
@@ -82,12 +104,14 @@ def render(run: Run, file: Path, since: float, every: int = 2, most: int = 250) 
         renderer.AddActor(sphere_actor(bed, bed_radii, facets=24))
     renderer.AddActor2D(colour_bar(speeds, "grain speed / u_b", 0.60))
     camera_over(renderer, shown, 0.5 * bed_top)
-    renderer.GetActiveCamera().Zoom(1.45)
+    renderer.GetActiveCamera().Zoom(1.45 if bed_top == fixed_top else 1.0)  # a thick bed is as high as it is long
     soft_shadows(renderer, 0.75 * run.diameter)
     window = off_screen_window(renderer, SIZE)
 
     count, grains, caption = 0, None, None
     with _encoder(file) as encoder:
+        raw = encoder.stdin
+        assert raw is not None  # a pipe, as _encoder asks for
         for time, part, row in _chosen(run, since, every, most):
             for actor in (grains, caption):
                 if actor is not None:
@@ -102,7 +126,7 @@ def render(run: Run, file: Path, since: float, every: int = 2, most: int = 250) 
             grab.SetInput(window)
             grab.ReadFrontBufferOff()
             grab.Update()
-            encoder.stdin.write(vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars()).tobytes())
+            raw.write(vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars()).tobytes())
             count += 1
     if count == 0:
         raise MissingOutput(f"{run.folder} has no samples of mobile spheres after t = {since:g}.")

@@ -97,5 +97,7 @@ def time_ranges(instants: Iterable[tuple[np.ndarray, np.ndarray]]) -> dict[int, 
 def known_columns(tag: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Which of `tag` (n) are in the sorted `known`, and where there."""
     place = np.searchsorted(known, tag)
-    columns = np.flatnonzero(known[np.minimum(place, len(known) - 1)] == tag) if len(known) else []
-    return np.asarray(columns, dtype=int), place[columns]
+    if len(known) == 0:
+        return np.zeros(0, dtype=int), place[:0]
+    columns = np.flatnonzero(known[np.minimum(place, len(known) - 1)] == tag)
+    return columns, place[columns]

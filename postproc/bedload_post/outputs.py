@@ -144,7 +144,7 @@ class Run:
             raise MissingOutput(f"{self.folder} has no {file}.")
         with path.open(newline="", encoding="utf-8") as stream:
             rows = csv.reader(_whole(stream))
-            header = next(rows, [])
+            header: list[str] = next(rows, [])
             columns = list(zip(*(row for row in rows if len(row) == len(header)), strict=True))
         if not columns:
             return {name.strip(): np.array([]) for name in header}
@@ -161,24 +161,35 @@ class Run:
 
     def collisions(self) -> Collisions:
         """The collision table; empty where no collision has finished."""
+        columns = self.collision_columns("tag_i", "tag_j", "time_start", "time_end", needed=True)
+        return Collisions(columns[0].astype(int), columns[1].astype(int), columns[2], columns[3])
+
+    def collision_columns(self, *names: str, needed: bool = False) -> np.ndarray:
+        """Columns of the collision table by name, shape (number of names, collisions).
+
+        A column that the table lacks is nan, or `needed`: raises MissingOutput.
+        """
         path = self.folder / "collisions.csv"
-        names = ("tag_i", "tag_j", "time_start", "time_end")
         with path.open(encoding="utf-8") if path.is_file() else open("/dev/null") as stream:
             header = [name.strip() for name in stream.readline().split(",")]
             if header == [""]:
                 header = list(names)
-            missing = [name for name in names if name not in header]
-            if missing:
-                raise MissingOutput(f"{path} has no column '{missing[0]}'.")
+            there = [name for name in names if name in header]
+            if needed and len(there) < len(names):
+                missing = next(name for name in names if name not in header)
+                raise MissingOutput(f"{path} has no column '{missing}'.")
             lines = (line for line in _whole(stream) if line.count(",") + 1 == len(header))
             first = next(lines, None)
-            if first is None:
-                data = np.empty((0, 4))
-            else:
-                columns = [header.index(name) for name in names]
-                # loadtxt parses in C: a million rows in about two seconds.
-                data = np.loadtxt(_chain(first, lines), delimiter=",", usecols=columns, ndmin=2)
-        return Collisions(data[:, 0].astype(int), data[:, 1].astype(int), data[:, 2], data[:, 3])
+            if first is None or not there:
+                return np.empty((len(names), 0))
+            # loadtxt parses in C: a million rows in about two seconds.
+            data = np.loadtxt(
+                _chain(first, lines), delimiter=",", usecols=[header.index(n) for n in there], ndmin=2
+            )
+        columns = np.full((len(names), len(data)), np.nan)
+        for name, values in zip(there, data.T, strict=True):
+            columns[names.index(name)] = values
+        return columns
 
     def _row_ranges(
         self, time: h5py.Dataset, rows: int, since: float

@@ -228,9 +228,9 @@ def wrap(position: np.ndarray, periods: np.ndarray) -> np.ndarray:
     return position - turns * period
 
 
-def highest_speed(run: Run) -> float:
-    """Of any mobile sphere in the whole run: one colour means one speed in all its pictures."""
-    speeds = (np.linalg.norm(b.velocity, axis=1).max() for b in run.sample_blocks() if len(b))
+def highest_speed(run: Run, since: float = -np.inf) -> float:
+    """Of any mobile sphere from `since` on, in the whole run: one colour means one speed in all its pictures."""
+    speeds = (np.linalg.norm(b.velocity, axis=1).max() for b in run.sample_blocks(since=since) if len(b))
     return float(max(speeds, default=0.0))
 
 

@@ -69,6 +69,7 @@ def write(
         f"<h1>{html.escape(run.name)}</h1>",
         image(run.folder / "picture.png", "The scene at the last snapshot"),
         image(run.folder / "path.png", "The grain's path"),
+        image(run.folder / "bed_motion.png", "Where and when grains of the bed move, and the bed's surface"),
         image(run.folder / "profiles.png", "Flow statistics over y"),
         numbers("Grains", grains),
         numbers("Flow and checks", flow),

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from . import flow_statistics, overlap, path, profile_figures, report, states, summary
+from . import bed_motion, flow_statistics, kept_page, overlap, path, profile_figures, report, states, summary
 from .frames import time_ranges
 from .outputs import MissingOutput, Run
 from .summary import Line
@@ -43,8 +43,9 @@ def _print_times(console: Console, rows: list[tuple[str, float, float]]) -> None
     if not rows:
         return
     table = Table(title="Where the time went", title_justify="left", box=None, pad_edge=False)
-    for name, side in (("part", "left"), ("seconds", "right"), ("share", "right")):
-        table.add_column(name, justify=side)
+    table.add_column("part")
+    table.add_column("seconds", justify="right")
+    table.add_column("share", justify="right")
     for part, seconds, share in rows:
         table.add_row(part, f"{seconds:.1f}", f"{100 * share:.1f} %")
     console.print(table)
@@ -81,9 +82,11 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
             run.bulk_velocity, run.diameter,
         )
         grains = summary.grain_lines(run, phases)
-        if pictures and len(phases.tag):
+        if pictures and len(phases.tag) and summary.has_bed(run):
             tag = path.chosen_grain(phases)
             path.draw(run, phases, run.samples_of(tag), tag, folder / "path.png")
+        if pictures:
+            bed_motion.draw(run, folder / "bed_motion.png")
     if pictures:
         if (folder / flow_statistics.FILE).is_file():
             profile_figures.draw(flow_statistics.read(run), folder / "profiles.png")
@@ -98,10 +101,11 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
     if not times_shown:
         _print_times(console, times)
     report.write(run, grains, flow, times, folder / "report.html")
-    console.print(f"In {folder}:", soft_wrap=True)
+    console.print(f"In {folder}:", soft_wrap=True, markup=False)
     for file, what in (
         ("picture.png", "the scene"),
         ("path.png", "the grain's path, coloured by state"),
+        ("bed_motion.png", "where and when grains of a bed move, and the bed's surface"),
         ("overlap.png", "both programs over the last time step"),
         ("profiles.png", "mean flow, fluctuations and stress over y"),
         ("report.html", "both with all numbers and settings, in one file"),
@@ -132,7 +136,11 @@ def main() -> int:
             from . import film
 
             file = options.folder / "film.mp4"
-            film.render(Run(options.folder), file, options.film, most=options.frames)
+            count = film.render(Run(options.folder), file, options.film, most=options.frames)
+            print(f"{file}: {count} frames")
+            return 0
+        if kept_page.is_kept(options.folder):
+            print(kept_page.write(options.folder))
             return 0
         if options.picture_only:
             from . import picture  # VTK takes a second to load

@@ -30,14 +30,76 @@ def mean_grain_velocity(run: Run) -> float:
     return total / count / run.bulk_velocity
 
 
-def grain_lines(run: Run, phases: Phases) -> list[Line]:
-    """Motion of the grains: velocity, states, jumps, slip."""
-    tags = np.unique(phases.tag)
+def fixed_point(value: float, digits: int) -> str:
+    """With `digits` behind the point, and never "-0.00"."""
+    return f"{round(value, digits) + 0.0:.{digits}f}"
+
+
+def lower_wall(run: Run) -> bool:
+    """Whether a wall that holds the fluid back bounds the box at y = 0."""
+    ends = run.settings.get("boundary", {}).get("y", "periodic")
+    return (ends if isinstance(ends, str) else ends[0]) == "no_slip"
+
+
+def has_bed(run: Run) -> bool:
+    """Whether grains lie on a bed under a stream, so that rest, creep and jumps mean something: fixed
+    spheres, or a wall below that gravity draws them to."""
+    driven = run.settings.get("flow", {}).get("driving", "none") != "none"
+    return len(run.fixed_spheres()[0]) > 0 or (
+        driven and lower_wall(run) and run.value("fluid.gravity")[1] < 0.0
+    )
+
+
+def has_friction(run: Run) -> bool:
+    """Whether the driving force is taken up by a wall or a bed, so that there is a friction velocity."""
+    return lower_wall(run) or (len(run.fixed_spheres()[0]) > 0 and not np.isfinite(run.periods[1]))
+
+
+def tags_of(run: Run) -> np.ndarray:
+    """Every mobile sphere that the record has, however short."""
+    found = [np.unique(tag) for _, tag in run.instants()]
+    return np.unique(np.concatenate(found)) if found else np.zeros(0, dtype=int)
+
+
+def free_grain_lines(run: Run) -> list[Line]:
+    """Motion of spheres that lie on no bed: along gravity, their speed, their Reynolds number."""
+    times = [time for time, _ in run.instants() if len(time)]
+    end = max(float(time.max()) for time in times)
+    begin = min(float(time.min()) for time in times)
+    gravity = np.array(run.value("fluid.gravity"), dtype=float)
+    weight = float(np.linalg.norm(gravity))
+    fall, count, fastest = 0.0, 0, 0.0
+    last: list[np.ndarray] = []
+    for block in run.sample_blocks():
+        fastest = max(fastest, float(np.linalg.norm(block.velocity, axis=1).max(initial=0.0)))
+        half = block.time >= 0.5 * (begin + end)
+        if weight > 0.0:
+            fall += float((block.velocity[half] @ gravity).sum()) / weight
+        count += int(half.sum())
+        at_end = block.time == end
+        last.append(np.linalg.norm(block.velocity[at_end], axis=1) * 2 * block.radius[at_end])
     lines = [
-        Line("mobile grains", f"{len(tags)}"),
-        Line("mean grain velocity", f"{mean_grain_velocity(run):.4f} u_b"),
+        Line("mobile spheres", f"{len(tags_of(run))}"),
+        Line("largest speed", f"{fastest:.4g}", "in units of the scene"),
+    ]
+    if weight > 0.0 and count:
+        lines.append(Line("mean velocity along gravity", f"{fall / count:.4g}", "second half of the record"))
+    reynolds = float(np.mean(np.concatenate(last))) / run.viscosity
+    lines.append(Line("Reynolds number at the end", f"{reynolds:.3g}", "2 R u_p / nu, fluid at rest"))
+    return [*lines, Line("finished collisions", f"{len(run.collisions())}")]
+
+
+def grain_lines(run: Run, phases: Phases) -> list[Line]:
+    """Motion of grains on a bed: velocity, states, jumps, slip; without a bed what is left of it."""
+    if not has_bed(run):
+        return free_grain_lines(run)
+    lines = [
+        Line("mobile grains", f"{len(tags_of(run))}"),
+        Line("mean grain velocity", f"{fixed_point(mean_grain_velocity(run), 4)} u_b"),
         Line("finished collisions", f"{len(run.collisions())}"),
     ]
+    if len(phases.tag) == 0:
+        return [*lines, Line("states", "none", "the record is too short for them")]
     for name, share in zip(NAMES, phases.shares(), strict=True):
         lines.append(Line(f"time {name}", f"{100 * share:.1f} %"))
     jump = phases.jumps()
@@ -85,7 +147,7 @@ def flow_lines(run: Run) -> list[Line]:
         Line("time", f"{history['time'][-1]:.4g}", "in units of the scene"),
         Line("CFL number, largest", f"{history['cfl'].max():.3f}"),
     ]
-    friction = driving_friction(run, history["time"][count // 2])
+    friction = driving_friction(run, history["time"][count // 2]) if has_friction(run) else 0.0
     if friction > 0:
         reynolds = friction * run.depth / run.viscosity
         lines += [

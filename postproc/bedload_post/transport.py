@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from scipy.stats import t as student
+
 from .batches import FEWEST_BATCHES, Estimate, batches_of, estimate
 from .frames import Frames, frames, known_columns, time_ranges
 from .outputs import MissingOutput, Run
@@ -16,6 +18,9 @@ from .states import CREEPING, JUMPING, NAMES, Phases, analyse
 HEIGHT_EDGES = np.linspace(1.0, 6.0, 251)  # y/D
 SPIN_EDGES = np.linspace(-3.0, 3.0, 241)  # omega_3 D/u_b
 VELOCITY_EDGES = np.linspace(-0.5, 1.5, 201)  # u_p/u_b
+PARTS = 10  # of the record, each with histograms of its own: their scatter is the interval
+FEWEST_SAMPLES = 50  # in a bin of height whose mean is shown
+RESTING_VELOCITY = 0.01  # of u_b, below which a grain does not move
 
 
 @dataclass
@@ -30,9 +35,26 @@ class Transport:
     height: list[np.ndarray] = field(default_factory=list)
     spin: list[np.ndarray] = field(default_factory=list)
     share: list[np.ndarray] = field(default_factory=list)  # of the grains in each state, (m, 3)
-    by_height: np.ndarray = field(default_factory=lambda: np.zeros((3, len(HEIGHT_EDGES) - 1)))
-    spins: np.ndarray = field(default_factory=lambda: np.zeros((3, len(SPIN_EDGES) - 1)))
-    velocities: np.ndarray = field(default_factory=lambda: np.zeros((3, len(VELOCITY_EDGES) - 1)))
+    moving: list[np.ndarray] = field(default_factory=list)  # share of the grains above 0.01 u_b
+    # By part of the record: samples, sum of spin, sum of velocity over height; by state otherwise.
+    height_parts: np.ndarray = field(default_factory=lambda: _empty(HEIGHT_EDGES))
+    spin_parts: np.ndarray = field(default_factory=lambda: _empty(SPIN_EDGES))
+    velocity_parts: np.ndarray = field(default_factory=lambda: _empty(VELOCITY_EDGES))
+
+    @property
+    def by_height(self) -> np.ndarray:
+        """Samples, sum of spin, sum of velocity over height; shape (3, bins)."""
+        return self.height_parts.sum(axis=0)
+
+    @property
+    def spins(self) -> np.ndarray:
+        """Samples over spin by state; shape (3, bins)."""
+        return self.spin_parts.sum(axis=0)
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """Samples over velocity by state; shape (3, bins)."""
+        return self.velocity_parts.sum(axis=0)
 
     def series(self, name: str) -> np.ndarray:
         return np.concatenate(getattr(self, name))
@@ -45,6 +67,16 @@ class Transport:
         """Share of time in `state`."""
         return estimate(self.series("share")[:, state], self.batches, self.series("count"))
 
+    def halves(self, name: str, state: int | None = None) -> tuple[Estimate, Estimate]:
+        """Means of the first and the second half of the record; of the share of a `state`, say."""
+        values, count = self.series(name), self.series("count")
+        values = values if state is None else values[:, state]
+        middle, batches = len(values) // 2, max(2, self.batches // 2)
+        return (
+            estimate(values[:middle], batches, count[:middle]),
+            estimate(values[middle:], batches, count[middle:]),
+        )
+
     @property
     def samples(self) -> int:
         return sum(map(len, self.time))
@@ -55,15 +87,75 @@ class Transport:
 
     def over_height(self, row: int) -> tuple[np.ndarray, np.ndarray]:
         """(y/D, mean omega_3 (row 1) or mean u_p (row 2)); where at least 50 samples lie."""
-        enough = self.by_height[0] >= 50
-        with np.errstate(invalid="ignore"):
-            return _centres(HEIGHT_EDGES)[enough], (self.by_height[row] / self.by_height[0])[enough]
+        sums = self.by_height
+        enough = sums[0] >= FEWEST_SAMPLES
+        return _centres(HEIGHT_EDGES)[enough], sums[row][enough] / sums[0][enough]
+
+    def over_height_interval(self, row: int) -> np.ndarray:
+        """Half widths of the 95 % intervals of over_height, from the record's parts; nan where fewer
+        than three parts have samples."""
+        enough = self.by_height[0] >= FEWEST_SAMPLES
+        with np.errstate(invalid="ignore", divide="ignore"):
+            means = self.height_parts[:, row] / self.height_parts[:, 0]
+        return _half_widths(means)[enough]
 
     def spin_pdf(self, state: int) -> tuple[np.ndarray, np.ndarray]:
         return _density(SPIN_EDGES, self.spins[state])
 
     def velocity_pdf(self, state: int) -> tuple[np.ndarray, np.ndarray]:
         return _density(VELOCITY_EDGES, self.velocities[state])
+
+    def pdf_interval(self, name: str, state: int = 0, width: int = 1) -> np.ndarray:
+        """Half widths of the 95 % intervals of a PDF ("height", "spin", "velocity"), smoothed over
+        `width` bins, from the record's parts."""
+        counts = getattr(self, f"{name}_parts")[:, state]
+        total = counts.sum(axis=1, keepdims=True)
+        edges = {"height": HEIGHT_EDGES, "spin": SPIN_EDGES, "velocity": VELOCITY_EDGES}[name]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            densities = counts / (total * np.diff(edges))
+        return _half_widths(np.stack([smooth(d, width) for d in densities]))
+
+    def mean_spin(self, state: int) -> tuple[float, float]:
+        """Mean |omega_3| in a state and the half width of its interval; nan where there is none."""
+        return _mean_and_interval(np.abs(_centres(SPIN_EDGES)), self.spin_parts[:, state])
+
+    def spread_of_height(self) -> tuple[float, float]:
+        """Standard deviation of y/D and the half width of its interval."""
+        counts = self.height_parts[:, 0]
+        y = _centres(HEIGHT_EDGES)
+        mean = (y * counts.sum(axis=0)).sum() / max(counts.sum(), 1.0)
+        square, half = _mean_and_interval((y - mean) ** 2, counts)
+        spread = float(np.sqrt(square))
+        return spread, half / (2.0 * spread) if spread > 0 else 0.0
+
+
+def _mean_and_interval(values: np.ndarray, counts: np.ndarray) -> tuple[float, float]:
+    """Mean of `values` (bins) over the samples of all parts (parts, bins), and its half width."""
+    total = float(counts.sum())
+    with np.errstate(invalid="ignore", divide="ignore"):
+        means = (values * counts).sum(axis=1) / counts.sum(axis=1)
+    mean = float((values * counts.sum(axis=0)).sum() / total) if total else float("nan")
+    return mean, float(_half_widths(means[:, None])[0])
+
+
+def _empty(edges: np.ndarray) -> np.ndarray:
+    return np.zeros((PARTS, 3, len(edges) - 1))
+
+
+def smooth(values: np.ndarray, width: int) -> np.ndarray:
+    """Running mean over `width` bins: histograms of a short record are ragged."""
+    return np.convolve(values, np.full(width, 1.0 / width), mode="same") if width > 1 else values
+
+
+def _half_widths(values: np.ndarray) -> np.ndarray:
+    """t_{0.975, n-1} s/sqrt(n) over the first axis, of the n values that are numbers; nan below three."""
+    count = np.isfinite(values).sum(axis=0)
+    enough = count >= 3
+    found = np.full(values.shape[1:], np.nan)
+    deviation = np.nanstd(values[:, enough], axis=0, ddof=1)
+    n = count[enough]
+    found[enough] = student.ppf(0.975, n - 1) * deviation / np.sqrt(n)
+    return found
 
 
 def _centres(edges: np.ndarray) -> np.ndarray:
@@ -88,8 +180,12 @@ def _bins(edges: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray
 class _Counter:
     """Adds frames to a Transport."""
 
-    def __init__(self, phases: Phases, bulk_velocity: float, diameter: float):
+    def __init__(
+        self, phases: Phases, bulk_velocity: float, diameter: float, record: tuple[float, float]
+    ):
         self.result = Transport(phases)
+        self._first = record[0]
+        self._length = max(record[1] - record[0], 1e-300)
         self._velocity, self._diameter = bulk_velocity, diameter
         self._tags, first = np.unique(phases.tag, return_index=True)
         self._rows = np.append(first, len(phases.tag))
@@ -109,16 +205,23 @@ class _Counter:
         for name, values in (("velocity", velocity), ("height", height), ("spin", spin)):
             getattr(r, name).append(values.mean(axis=1))
         r.share.append(np.stack([(state == s).mean(axis=1) for s in range(len(NAMES))], axis=1))
+        speed = np.linalg.norm(part.velocity, axis=2) / self._velocity
+        r.moving.append((speed > RESTING_VELOCITY).mean(axis=1))
 
+        through = (part.time - self._first) / self._length
+        of_part = np.clip((PARTS * through).astype(np.intp), 0, PARTS - 1)
+        of_part = np.repeat(of_part[:, None], height.shape[1], axis=1)
         place, inside = _bins(HEIGHT_EDGES, height)
+        place += r.height_parts.shape[2] * of_part[inside].ravel()
         for row, weight in enumerate((None, spin[inside].ravel(), velocity[inside].ravel())):
-            r.by_height[row] += np.bincount(place, weight, minlength=r.by_height.shape[1])
+            sums = np.bincount(place, weight, minlength=r.height_parts[:, row].size)
+            r.height_parts[:, row] += sums.reshape(PARTS, -1)
         for counts, edges, values in (
-            (r.spins, SPIN_EDGES, spin),
-            (r.velocities, VELOCITY_EDGES, velocity),
+            (r.spin_parts, SPIN_EDGES, spin),
+            (r.velocity_parts, VELOCITY_EDGES, velocity),
         ):
             place, inside = _bins(edges, values)
-            place += counts.shape[1] * state[inside].ravel()
+            place += counts.shape[2] * (3 * of_part[inside] + state[inside]).ravel()
             counts += np.bincount(place, minlength=counts.size).reshape(counts.shape)
 
     def _states(self, time: np.ndarray, grains: np.ndarray) -> np.ndarray:
@@ -145,11 +248,11 @@ def measure(run: Run, since: float = 0.0) -> Transport:
         run.collisions(), ranges, run.sample_blocks(since=since), run.periods,
         run.bulk_velocity, run.diameter,
     )  # fmt: skip
-    counter = _Counter(phases, run.bulk_velocity, run.diameter)
+    first, last = min(begin for begin, _ in ranges.values()), max(end for _, end in ranges.values())
+    counter = _Counter(phases, run.bulk_velocity, run.diameter, (first, last))
     for part in frames(run.sample_blocks(since=since)):
         counter.add(part)
-    record = max(last for _, last in ranges.values()) - min(first for first, _ in ranges.values())
-    counter.result.batches = batches_of(record * run.bulk_velocity / run.box[0])
+    counter.result.batches = batches_of((last - first) * run.bulk_velocity / run.box[0])
     return counter.result
 
 

@@ -2,7 +2,8 @@
 
 One knob is turned at a time, then sensible pairs. Points that no other point beats in both error and
 core-seconds form the front of best choices. The presets of `--accuracy` are measured among them; their
-errors and prices are what `./bedload estimate` quotes.
+errors and prices are what `./bedload estimate` quotes. With a SCENE: the same for the scene's own answer
+(accuracy_scene.py).
 """
 
 import argparse
@@ -15,6 +16,7 @@ from bedload_launcher.errors import unknown
 from bedload_launcher.job import Ranks
 from bedload_launcher.words import read_rows
 
+from . import accuracy_scene
 from .accuracy_cases import CASES, PricedRunner, choices
 from .accuracy_report import write_report
 
@@ -29,6 +31,7 @@ class Point:
     error: float
     core_seconds: float
     megabytes: float
+    interval: float = 0.0  # half width of the error of 1, where chance takes part in it
 
 
 def measure(
@@ -39,7 +42,7 @@ def measure(
     name = f"{case}-{label}".replace(" ", "_").replace("/", "").replace(",", "")
     runner = PricedRunner(folder, Ranks.parse("1:1"), options.again, made=made)
     error = CASES[case].error(runner, name, n, settings)
-    return Point(case, label, knob, error, runner.core_seconds, runner.megabytes)
+    return Point(case, label, knob, error, runner.core_seconds, runner.megabytes, runner.interval)
 
 
 def front(points: list[Point]) -> set[str]:
@@ -61,7 +64,7 @@ def read_table(file: Path) -> list[Point]:
     return [
         Point(
             row["case"], row["label"], row["knob"], float(row["error"]),
-            float(row["core_seconds"]), float(row["megabytes"]),
+            float(row["core_seconds"]), float(row["megabytes"]), float(row.get("interval") or 0.0),
         )
         for row in read_rows(file)
     ]  # fmt: skip
@@ -78,6 +81,13 @@ def write_table(file: Path, points: list[Point]) -> None:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", nargs="?", metavar="SCENE", help="a scene's own answer (none: the known cases)")
+    parser.add_argument("--hours", type=float, default=0.1, help="of a SCENE's runs together (default: 0.1)")
+    parser.add_argument("--quantity", metavar="NAME", help="of a SCENE: what is judged (default: grain velocity, "
+                        "else driving force, else flow energy; any column of history.csv)")  # fmt: skip
+    parser.add_argument("--model", help="of a SCENE: as for run")
+    parser.add_argument("--ranks", metavar="FLUID:DEM", help="of a SCENE: as for run")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="of a SCENE: as for run")
     parser.add_argument("--case", action="append", metavar="NAME", help=f"of {', '.join(CASES)}")
     parser.add_argument("--runs", type=Path, default=Path("runs/accuracy"), help="where runs go")
     parser.add_argument("--again", action="store_true", help="repeat what the table has already")
@@ -85,6 +95,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
+    if options.scene is not None:
+        return accuracy_scene.run(options)
     for name in options.case or []:
         if name not in CASES:
             raise unknown("case", name, CASES)
@@ -102,7 +114,7 @@ def run(options: argparse.Namespace) -> int:
             point = measure(case, label, knob, n, settings, options, made)
             points.append(point)
             print(
-                f"{case:12} {label:18} error {100 * point.error:+7.2f} %  "
+                f"{case:12} {label:18} error {100 * point.error:+7.2f} ± {100 * point.interval:.2f} %  "
                 f"{point.core_seconds:8.1f} core-s {point.megabytes:7.0f} MB",
                 flush=True,
             )

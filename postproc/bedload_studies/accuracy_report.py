@@ -13,30 +13,30 @@ PRESET_COLOUR, BEST, OTHER = "#c8553d", "#2a6f97", "#9aa5b1"
 
 
 def draw_case(case: str, points, best: set[str], file: Path) -> None:
-    """All points labelled; the front of best choices as a line; presets in red."""
-    figure, axis = plt.subplots(figsize=(9, 7), layout="constrained")
-    line = sorted((p for p in points if p.label in best), key=lambda p: p.core_seconds)
-    axis.plot(
-        [p.core_seconds for p in line], [100 * abs(p.error) for p in line], "-", color=BEST,
-        label="best choices", zorder=1,
-    )  # fmt: skip
-    # Names alternate between the sides, upwards, so that neighbours do not cover each other.
-    for n, p in enumerate(sorted(points, key=lambda p: abs(p.error))):
+    """One row a choice, the cheapest below, so that no label meets another: |error| with its interval, and
+    price. Presets in red, what nothing beats in both in blue."""
+    rows = sorted(points, key=lambda p: p.core_seconds)
+    figure, (errors, prices) = plt.subplots(
+        1, 2, sharey=True, figsize=(9, 1.3 + 0.27 * len(rows)), layout="constrained"
+    )
+    for n, p in enumerate(rows):
         colour = PRESET_COLOUR if p.knob == "preset" else BEST if p.label in best else OTHER
-        axis.plot(p.core_seconds, 100 * abs(p.error), "o", color=colour, ms=6, zorder=2)
-        axis.annotate(
-            p.label, (p.core_seconds, 100 * abs(p.error)), xytext=(-5, -2) if n % 2 else (5, -2),
-            ha="right" if n % 2 else "left",
-            textcoords="offset points", fontsize=6.5, color=colour,
-        )  # fmt: skip
-    axis.set(
-        xscale="log", yscale="log", xlabel="core-seconds", ylabel="|error| / %",
-        title=case.replace("_", " "),
-    )  # fmt: skip
-    axis.legend(frameon=False, fontsize=8)
-    axis.grid(alpha=0.25)
+        errors.errorbar(100 * abs(p.error), n, xerr=100 * p.interval, fmt="o", color=colour, capsize=2)
+        prices.plot(p.core_seconds, n, "s", color=colour)
+    errors.set_yticks(range(len(rows)), [p.label for p in rows])
+    errors.set(xscale="log", xlabel="|error| / %")
+    prices.set(xscale="log", xlabel="price / core-seconds")
+    for axis in (errors, prices):
+        axis.grid(alpha=0.25)
+    figure.suptitle(case.replace("_", " "), fontsize=11)
     figure.savefig(file, dpi=110)
     plt.close(figure)
+
+
+def error_text(point) -> str:
+    """In percent, with its interval where chance takes part in it."""
+    half = f" ± {100 * point.interval:.2f}" if point.interval else ""
+    return f"{100 * point.error:+.2f}{half}"
 
 
 def write_report(folder: Path, points, front: Callable[[list], set[str]]) -> None:
@@ -53,7 +53,7 @@ def write_report(folder: Path, points, front: Callable[[list], set[str]]) -> Non
         draw_case(case, mine, best, file)
         rows = (
             (
-                p.label, p.knob, f"{100 * p.error:+.2f}", f"{p.core_seconds:.1f}",
+                p.label, p.knob, error_text(p), f"{p.core_seconds:.1f}",
                 f"{p.megabytes:.0f}", "best" if p.label in best else "",
             )
             for p in mine

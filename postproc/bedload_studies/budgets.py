@@ -253,8 +253,8 @@ def write_report(folder: Path, name: str, series: Series) -> bool:
     draw(series, folder / "budgets.png")
     body = ["<h1>Budgets of a small bed</h1>", image(folder / "budgets.png", name)]
     columns = ("run", "what", "number", "limit", "closed", "reason")
-    text = ([r["run"], r["what"], f"{r['number']:.3g}", f"{r['limit']:.3g}" if r["limit"] != "" else "",
-             {1: "yes", 0: "NO"}.get(r["closed"], ""), r["reason"]] for r in rows)  # fmt: skip
+    text = ([str(r["run"]), str(r["what"]), f"{r['number']:.3g}", f"{r['limit']:.3g}" if r["limit"] != "" else "",
+             {"1": "yes", "0": "NO"}.get(str(r["closed"]), ""), str(r["reason"])] for r in rows)  # fmt: skip
     body.append(table(text, ("", "", "number", "number", "", "note"), columns))
     (folder / "budgets.html").write_text(page("Budgets of a small bed", body), encoding="utf-8")
     with (folder / "budgets.csv").open("w", newline="", encoding="utf-8") as stream:

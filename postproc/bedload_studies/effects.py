@@ -1,15 +1,23 @@
-"""What each effect of a scene costs and how far it changes the scene's answer.
+"""What each effect of a scene costs, how far it changes the scene's answer, and whether it is called for.
 
-The scene runs as it is, then with each effect off or on in turn, for the same number of steps from
-the same start. Time per step and memory stand as ratios to the scene as it is, the answer as
-differences in percent: mean grain velocity, kinetic energy of the flow, driving force. A few hundred
-steps show what an effect does at once, not what it does to the statistics of a long run.
+The scene runs as it is until its answer moves, then with each effect off or on in turn over the same time from
+the same start. Runs are interleaved and repeated until the spread of each one's time is below 3 % or --hours
+are over. The change is the mean of the difference at equal times over the second half, with its interval
+from batches. Verdicts, of what the scene has now:
+
+    needed       without it the answer changes by more than the interval
+    worth it     what is off changes the answer by more than the interval when it is on
+    leave it out the answer stays within 2 %, certainly, and the time is less without
+    no matter    the answer stays within 2 %, certainly, and the time too
+    open         the interval is wider than 2 %: give --hours
 """
 
 import argparse
 import csv
+import math
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,11 +25,12 @@ from pathlib import Path
 import numpy as np
 from bedload_launcher import job
 from bedload_launcher.errors import UserError
-from bedload_launcher.estimate import fastest
 from bedload_launcher.scenes import INPUTS, Scene, choose_model, find_scene
-from bedload_launcher.trial import Trial, run_trial
-from bedload_post.outputs import MissingOutput, Run
-from bedload_post.summary import mean_grain_velocity
+from bedload_launcher.words import end_of, say
+
+from .scene_answers import Priced, Series, chosen, difference, interleaved, run_once
+
+REPEATS, FEWEST_STEPS = 4, 40
 
 
 @dataclass(frozen=True)
@@ -33,59 +42,49 @@ class Variant:
     keys: tuple[str, ...] = ()
     model: str | None = None
     lubrication: bool = True
-
-
-@dataclass(frozen=True)
-class Answer:
-    grain_velocity: float  # over u_b; not a number without grains
-    flow_energy: float  # last row of history.csv
-    driving: float
-
-
-def read_answer(out: Path) -> Answer:
-    run = Run(out)
-    try:
-        grains = mean_grain_velocity(run)
-        if len({float(t) for time, _ in run.instants() for t in time}) < 3:
-            grains = float("nan")  # a run that hardly samples its grains knows nothing of them
-    except MissingOutput:
-        grains = float("nan")
-    history = run.history()
-    driving = history["driving"]
-    mean = float(np.mean(driving)) if len(driving) > 1 else float("nan")  # one row is no mean
-    return Answer(grains, float(history["kinetic_energy"][-1]), mean)
+    turned_off: bool = False  # the scene has the effect and this run has not; else the other way round
 
 
 def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Variant]:
     """Every effect that this scene can do with or without."""
     fluid, spheres = settings["fluid"], settings["spheres"]
     if settings["time"]["cfl"] == 0.0:  # which needs it: a limit for a flow with convection
-        yield Variant("convection", "off", ('fluid.convection="off"',))
+        yield Variant("convection", "off", ('fluid.convection="off"',), turned_off=True)
     if "diffusion" in fluid:
-        yield Variant("diffusion", "explicit", ('fluid.diffusion="explicit"',))
+        yield Variant("diffusion", "explicit", ('fluid.diffusion="explicit"',), turned_off=True)
         yield Variant("diffusion", "implicit", ('fluid.diffusion="implicit"',))
     other = "double" if settings["accuracy"]["precision"] == "single" else "single"
-    yield Variant("precision", other, (f'accuracy.precision="{other}"',))
+    yield Variant("precision", other, (f'accuracy.precision="{other}"',), turned_off=other == "single")
     if scene.moves_grains:
         loops = spheres["forcing_loops"]
-        for other in sorted({1, 2, 3} - {loops}):
-            yield Variant("forcing loops", str(other), (f"spheres.forcing_loops={other}",))
+        for count in sorted({1, 2, 3} - {loops}):
+            yield Variant(
+                "forcing loops", str(count), (f"spheres.forcing_loops={count}",), turned_off=count < loops
+            )
+        sub = settings["coupling"]["dem_steps"]
+        yield Variant("steps of LIGGGHTS", str(2 * sub), (f"coupling.dem_steps={2 * sub}",))
+        if settings["coupling"]["exchange"] == "stage":
+            yield Variant("loads", "once per step", ('coupling.exchange="step"',), turned_off=True)
+        if spheres["pressure_share"] > 0.0:
+            yield Variant("old pressure", "off", ("spheres.pressure_share=0.0",), turned_off=True)
     if model:
         names = {m.stem for m in (INPUTS / "models").glob("*.liggghts")}
         if model.endswith("_hw") and model.removesuffix("_hw") in names:
-            yield Variant("tangential model", "off", model=model.removesuffix("_hw"))
+            yield Variant("tangential model", "off", model=model.removesuffix("_hw"), turned_off=True)
         elif model + "_hw" in names:
             yield Variant("tangential model", "on", model=model + "_hw")
         for other in sorted({"actm", "rpm"} - {model.removesuffix("_hw")}):
             suffix = "_hw" if model.endswith("_hw") else ""
             yield Variant("normal model", other, model=other + suffix)
     if lubrication_fixes(scene_script(scene, model)):
-        yield Variant("lubrication", "off", lubrication=False)
-    if "statistics" in settings:
+        yield Variant("lubrication", "off", lubrication=False, turned_off=True)
+    if settings["statistics"]["every"] > 0:
+        yield Variant("statistics", "off", ("statistics.every=0",), turned_off=True)
+    else:
         yield Variant("statistics", "every step", ("statistics.every=1", "statistics.from=0.0"))
     yield Variant(
         "output", "as little as can be",
-        ("output.fields_every=0.0", "output.spheres_every=1e9", "output.history_every=1000000"),
+        ("output.fields_every=0.0", "checkpoint.wall_every=0.0"), turned_off=True,
     )  # fmt: skip
 
 
@@ -119,32 +118,67 @@ def without_lubrication(scene: Scene, model: str | None, folder: Path) -> Scene:
     return Scene(scene.folder, file)
 
 
-def measure(scene: Scene, model: str | None, variant: Variant, options, ranks: job.Ranks) -> Trial:
-    with tempfile.TemporaryDirectory(prefix="bedload-effects-") as folder:
-        if not variant.lubrication:
-            scene = without_lubrication(scene, model, Path(folder))
-        keys = [*options.set, "output.history_every=10", *variant.keys]
-        model = variant.model or model
-        work = job.Job(scene, model, ranks, Path(folder), keys, options.steps)
-        return fastest([run_trial(work, read_answer) for _ in range(options.repeats)])
+TOLERANCE = 0.02  # of an answer: what a person would not see
+CHEAPER, UNREPEATED = 0.03, 0.15  # of the time: what counts when its spread is small, or unknown
 
 
-def percent(value: float, base: float) -> float:
-    return 100.0 * (value / base - 1.0) if base else float("nan")
+@dataclass(frozen=True)
+class Compared:
+    """One row. time, memory: over the scene as it is; spread: of the time; change, interval: of 1."""
+
+    effect: str
+    state: str
+    time: float
+    spread: float
+    memory: float
+    change: float
+    interval: float
+    verdict: str
+    words: str = ""
 
 
-def compare(variant: Variant, trial: Trial, base: Trial, base_seconds: float) -> dict:
-    mine, theirs = trial.answer, base.answer
-    memory = trial.fluid_bytes + trial.dem_bytes
-    return {
-        "effect": variant.effect,
-        "state": variant.state,
-        "time": trial.step_seconds / base_seconds,
-        "memory": memory / (base.fluid_bytes + base.dem_bytes),
-        "grain velocity %": percent(mine.grain_velocity, theirs.grain_velocity),
-        "flow energy %": percent(mine.flow_energy, theirs.flow_energy),
-        "driving %": percent(mine.driving, theirs.driving),
-    }
+def paired(mine: Series, base: Series, since: float) -> tuple[float, float]:
+    """Mean of mine - base over that of base, and its half width, both of 1. At equal times what both have
+    in common falls out; runs whose times differ are compared by their means."""
+    if len(mine.time) == len(base.time) and np.allclose(mine.time, base.time):
+        scale = abs(float(np.mean(base.values[base.time >= since])))
+        apart = Series(base.time, mine.values - base.values).mean(since)
+        return (apart.mean / scale, apart.half_width / scale) if scale else (math.nan, math.nan)
+    return difference(mine.mean(since), base.mean(since))
+
+
+def judged(turned_off: bool, change: float, interval: float, time: float, spread: float = 0.0) -> str:
+    """The verdict on an effect that the scene has (`turned_off` in this row) or has not."""
+    if not (math.isfinite(change) and math.isfinite(interval)):
+        return "open"
+    if abs(change) > max(interval, TOLERANCE):
+        return "needed" if turned_off else "worth it"
+    if abs(change) + interval > TOLERANCE:
+        return "open"
+    dearer = 1.0 / time if turned_off else time
+    counts = max(CHEAPER, spread) if math.isfinite(spread) else UNREPEATED
+    return "leave it out" if dearer > 1.0 + counts else "no matter"
+
+
+def compare(variant: Variant, run: Priced | str, base: Priced, name: str, since: float) -> Compared:
+    if isinstance(run, str):
+        sentence = end_of(run) or run.strip().splitlines()[-1]
+        nan = math.nan
+        return Compared(variant.effect, variant.state, nan, nan, nan, nan, nan, "open", sentence)
+    change, half = paired(run.answers[name], base.answers[name], since)
+    time_ratio = run.price / base.price
+    return Compared(
+        variant.effect, variant.state, time_ratio, run.spread, run.megabytes / base.megabytes, change, half,
+        judged(variant.turned_off, change, half, time_ratio, math.hypot(run.spread, base.spread)),
+    )  # fmt: skip
+
+
+def moves(run: Priced, asked: str | None, since: float) -> str | None:
+    """The name of the answer that moves in this run, if any does."""
+    try:
+        return chosen(run.answers, asked, since)
+    except UserError:
+        return None
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -152,48 +186,66 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", help="as for run")
     parser.add_argument("--ranks", metavar="FLUID:DEM", help="as for run")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as for run")
-    parser.add_argument("--steps", type=int, default=100, help="of each run (default: 100)")
-    parser.add_argument(
-        "--repeats", type=int, default=2, help="of each run, of which the fastest counts (default: 2)"
-    )
+    parser.add_argument("--quantity", metavar="NAME", help="what is judged (default: the first that moves of grain "
+                        "velocity, driving force, flow energy)")  # fmt: skip
+    parser.add_argument("--steps", type=int, help="of each run (default: as many as fit into --hours)")
+    parser.add_argument("--hours", type=float, default=0.2, help="of all runs together (default: 0.2)")
     parser.add_argument("--out", type=Path, help="folder of the table (default: runs/effects-SCENE)")
 
 
 def run(options: argparse.Namespace) -> int:
-    if options.steps < 10:
+    if options.steps is not None and options.steps < 10:
         raise UserError(f"--steps is {options.steps}, but must be at least 10.")
-    if options.repeats < 1:
-        raise UserError(f"--repeats is {options.repeats}, but must be at least 1.")
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
     ranks = job.Ranks.parse(options.ranks)
     out = options.out or Path("runs") / f"effects-{scene.name}"
     out.mkdir(parents=True, exist_ok=True)
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="bedload-effects-") as folder:
+        bare = without_lubrication(scene, model, Path(folder)) if scene.moves_grains else scene
 
-    as_it_is = Variant("the scene", "as it is")
-    bases = [measure(scene, model, as_it_is, options, ranks)]
-    todo = list(variants(scene, model, bases[0].settings))
-    trials = []
-    for number, variant in enumerate(todo, start=1):
-        print(f"bedload: {number}/{len(todo)} {variant.effect}: {variant.state}", file=sys.stderr)
-        trials.append(measure(scene, model, variant, options, ranks))
-        if number in (len(todo) // 2, len(todo)):
-            bases.append(measure(scene, model, as_it_is, options, ranks))
-    seconds = sorted(b.step_seconds for b in bases)
-    rows = [compare(v, t, bases[0], seconds[len(seconds) // 2]) for v, t in zip(todo, trials, strict=True)]
+        def once(variant: Variant, steps: int, start: float = 0.0) -> Priced:
+            keys = ["output.history_every=1", *options.set, *variant.keys]
+            used = scene if variant.lubrication else bare
+            return run_once(job.Job(used, variant.model or model, ranks, out, keys, steps), start)
 
+        as_it_is = Variant("the scene", "as it is")
+        start = once(as_it_is, 1)
+        trial = once(as_it_is, 11, start.price)
+        todo = [as_it_is, *variants(scene, model, trial.settings)]
+        most = math.ceil(trial.settings["time"]["end"] / trial.settings["time"]["step"])
+        fitting = 3600.0 * options.hours * ranks.fluid / (REPEATS * len(todo) * trial.price / 10)
+        steps = options.steps or int(min(max(fitting, FEWEST_STEPS), most))
+        say(f"bedload: {len(todo)} runs of {steps} steps, in turn")
+        works = [(lambda v=variant: once(v, steps, start.price)) for variant in todo]
+        runs = interleaved(works, began + 3600.0 * options.hours, say)
+    base = runs[0]
+    if isinstance(base, str):
+        raise UserError(base)
+    since = 0.5 * steps * trial.settings["time"]["step"]
+    name = moves(base, options.quantity, since)
+    if name is None:
+        raise UserError(f"no answer of {scene.name} moves within {steps} steps; give it more with --hours.")
+    rows = [compare(v, r, base, name, since) for v, r in zip(todo[1:], runs[1:], strict=True)]
     with (out / "effects.csv").open("w", newline="", encoding="utf-8") as stream:
-        table = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
+        table = csv.DictWriter(stream, list(Compared.__dataclass_fields__), lineterminator="\n")
         table.writeheader()
-        table.writerows(rows)
-    print(
-        f"{scene.name}, {options.steps} steps on {ranks.fluid} fluid ranks: "
-        f"{seconds[len(seconds) // 2]:.4f} s a step as it is "
-        f"({seconds[0]:.4f} to {seconds[-1]:.4f} in {len(seconds)} runs)"
-    )
-    head = list(rows[0])
-    print(f"{head[0]:18}{head[1]:22}" + "".join(f"{name:>18}" for name in head[2:]))
-    for row in rows:
-        print(f"{row['effect']:18}{row['state']:22}" + "".join(f"{row[n]:18.4g}" for n in head[2:]))
+        table.writerows(vars(row) for row in rows)
+    print(f"{scene.name}, {steps} steps on {ranks.fluid} fluid ranks, {base.price / steps:.4g} core-seconds a step as "
+          f"it is (spread {100 * base.spread:.1f} %); answer: {name}")  # fmt: skip
+    print(table_text(rows))
     print(f"Table: {out / 'effects.csv'}", file=sys.stderr)
     return 0
+
+
+def table_text(rows: list[Compared]) -> str:
+    lines = [f"{'effect':18}{'state':22}{'time':>16}{'memory':>8}{'change / %':>18}  verdict"]
+    for r in rows:
+        if not math.isfinite(r.time):
+            lines.append(f"{r.effect:18}{r.state:22}  {r.words}")
+            continue
+        cost = f"{r.time:.3f} ± {r.spread:.3f}"
+        change = f"{100 * r.change:+.2f} ± {100 * r.interval:.2f}"
+        lines.append(f"{r.effect:18}{r.state:22}{cost:>16}{r.memory:8.2f}{change:>18}  {r.verdict}")
+    return "\n".join(lines)

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from bedload_launcher import estimate as predict
+from bedload_launcher import cost
 from bedload_launcher import job
 from bedload_launcher.errors import unknown
 from bedload_launcher.scenes import choose_model, find_scene
@@ -84,8 +84,8 @@ def judge(name: str, ranks: job.Ranks) -> list[Judged]:
     settings = list(case.settings)
     cells = scene.cells(settings)
     found = [
-        predict.estimate(scene, model, ranks, settings, cells, say, most)
-        for most in (predict.MANY_CELLS, int(PART * math.prod(cells)))
+        cost.estimate(scene, model, ranks, settings, cells, say, most)
+        for most in (cost.MANY_CELLS, int(PART * math.prod(cells)))
     ]
     run = run_trial(job.Job(scene, model, ranks, scene.folder, settings))
     return [

@@ -1,29 +1,37 @@
 """The paper's comparison: one scene with each collision model, then figures, Table 2 and a report.
 
 Each run has a folder runs/models/SCENE-MODEL. One that has reached time.end is left alone, one that was
-interrupted goes on from its last checkpoint, so the command may be given as often as one likes.
+interrupted goes on from its last checkpoint, so the command may be given as often as one likes. Runs of
+other programs, of another commit or of another scene are not gone on with, nor put into one report.
 """
 
 import argparse
 import datetime
 import json
 import platform
-import subprocess
+import shlex
+import sys
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from bedload_launcher import job
-from bedload_launcher.build import ROOT
+from bedload_launcher.build import BIN
 from bedload_launcher.errors import UserError
 from bedload_launcher.machine import cores
 from bedload_launcher.scenes import Scene, choose_model, find_scene, models, read_variables
-from bedload_post.models_report import Comparison, make_case, write
+from bedload_post.bed_friction import driving_friction
+from bedload_post.models_report import Bed, Comparison, make_case, write
 from bedload_post.outputs import MissingOutput, Run
+
+from . import made_by, turbulence
+from .grains_file import write_grains
 
 START_UP = 3.0  # flow-throughs L_x/u_b, of a scene that does not say
 PAPER_MODELS = ("rpm", "rpm_hw", "actm", "actm_hw")
+PAPER_DENSITIES = (1.25, 1.75, 2.25)  # Setup I
+BED = "bed"  # the run without mobile grains
 
 
 @dataclass(frozen=True)
@@ -33,25 +41,28 @@ class Member:
     scene: Scene
     model: str
     density: float | None  # rho_p/rho_f, None: the scene's own
+    gravity: float | None  # g, None: the scene's own
     out: Path
     given: Mapping[str, str]  # --var
 
+    @property
+    def grains(self) -> bool:
+        """Whether there are mobile grains."""
+        return self.given.get("placing") != "none"
+
     def overrides(self, settings: dict) -> list[str]:
-        """Keys of fluid.toml that follow from another density: g keeps Fr, so the weight."""
-        if self.density is None:
-            return []
-        fluid, reference = settings["fluid"], settings["reference"]
-        weight = reference["sphere_density"] / fluid["density"] - 1.0
-        gravity = [g * weight / (self.density - 1.0) for g in fluid["gravity"]]
-        return [
-            f"reference.sphere_density={self.density * fluid['density']!r}",
-            f"fluid.gravity={gravity!r}",
-        ]
+        """Keys of fluid.toml that follow from another density or gravity; each varies alone."""
+        keys = []
+        if self.density is not None:
+            keys.append(f"reference.sphere_density={self.density * settings['fluid']['density']!r}")
+        if self.gravity is not None:
+            keys.append(f"fluid.gravity={[0.0, -self.gravity, 0.0]!r}")
+        return keys
 
     def variables(self) -> dict[str, str]:
         """Variables of in.liggghts."""
-        own = {} if self.density is None else {"density": repr(self.density)}
-        return own | self.given
+        own = {"density": self.density, "gravity": self.gravity}
+        return {name: repr(v) for name, v in own.items() if v is not None} | dict(self.given)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -62,8 +73,34 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--densities", nargs="+", type=float, metavar="RATIO",
-        help="density ratios ρp/ρf; Fr stays, so gravity follows (default: the scene's own, for "
-        "setup1 and setup1_small the paper's range 1.25 1.75 2.25)",
+        help="density ratios ρp/ρf, gravity stays (default: the scene's own, for setup1 and "
+        "setup1_small the paper's range 1.25 1.75 2.25)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--gravity", type=float, metavar="G", help="g D/u_b² in place of the scene's own"
+    )
+    parser.add_argument(
+        "--cells", type=int, metavar="N",
+        help="cells to a diameter (default: the scene's own); the time step follows, the collision "
+        "models' scales stay",
+    )  # fmt: skip
+    parser.add_argument(
+        "--flow-throughs", type=float, metavar="N",
+        help="length of each record behind the start-up, in L_x/u_b (default: as the scene says)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--start-from", type=Path, metavar="DIR",
+        help="folder of an earlier study of this scene, at any resolution: flow and grains of each run "
+        "begin as its run of that model ended",
+    )  # fmt: skip
+    parser.add_argument(
+        "--no-bed", action="store_true",
+        help="leave out the run without mobile grains, which gives Re_τ and the Shields number of "
+        "the bed (made where many grains lie on it)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--other-commit", action="store_true",
+        help="go on although the commit differs; programs and scene have to be the same still",
     )  # fmt: skip
     parser.add_argument("--ranks", metavar="FLUID:DEM", help="as for run")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as for run")
@@ -75,6 +112,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--out", type=Path, default=Path("runs/models"), help="folder of the runs")
     parser.add_argument("--report", type=Path, help="folder of the report (default: in --out)")
+    parser.add_argument(
+        "--beside", nargs="+", type=Path, default=[], metavar="REPORT",
+        help="folders of other reports of this study (other resolutions, experiments): their mean "
+        "velocities stand beside these",
+    )  # fmt: skip
     parser.add_argument("--remarks", type=Path, help="a file of HTML that goes into the report")
     parser.add_argument(
         "--report-only", action="store_true", help="start nothing, report on what there is"
@@ -85,18 +127,52 @@ def members(options: argparse.Namespace, scene: Scene) -> list[Member]:
     """All runs: every model at every density ratio."""
     densities: Sequence[float | None] = options.densities or [None]
     if options.densities is None and scene.name.startswith("setup1"):
-        densities = [1.25, 1.75, 2.25]
+        densities = PAPER_DENSITIES
     for density in densities:
         if density is not None and density <= 1.0:
             raise UserError(f"--densities has {density:g}, but grains must sink: above 1.")
+    if options.gravity is not None and not options.gravity > 0.0:
+        raise UserError(f"--gravity is {options.gravity:g}, but must be above 0.")
     found = []
+    if with_bed(options, scene):
+        out = (options.out / f"{scene.name}-{BED}").resolve()
+        found.append(Member(scene, "actm", None, options.gravity, out, {"placing": "none"}))
     for density in densities:
         for asked in options.models:
-            model = choose_model(scene, asked)
+            model = choose_model(scene, asked) or asked
             name = f"{scene.name}-{model}" + ("" if density is None else f"-{density:g}")
             given = read_variables(scene, model, options.var)
-            found.append(Member(scene, model, density, (options.out / name).resolve(), given))
+            out = (options.out / name).resolve()
+            found.append(Member(scene, model, density, options.gravity, out, given))
     return found
+
+
+def with_bed(options: argparse.Namespace, scene: Scene) -> bool:
+    """Whether the bed without mobile grains is run too: where many drag at the flow."""
+    return not options.no_bed and scene.variables().get("placing") == "dropped"
+
+
+def asked_settings(options: argparse.Namespace, scene: Scene) -> list[str]:
+    """--set with what --cells, --discard and --flow-throughs say in front of it."""
+    own = []
+    settings = settings_of(scene, [])
+    length = settings["grid"]["length"]
+    if options.cells is not None:
+        own += refined(settings, options.cells)
+    if options.flow_throughs is not None:
+        through = length[0] / settings["reference"]["velocity"]
+        discard = start_up(options, scene)
+        own.append(f"time.end={(discard + options.flow_throughs) * through!r}")
+        own.append(f"statistics.from={discard * through!r}")
+    return [*own, *options.set]
+
+
+def refined(settings: dict, cells: int) -> list[str]:
+    """Grid and time step with so many cells to a diameter, at the scene's Courant number."""
+    length, diameter = settings["grid"]["length"], settings["reference"]["diameter"]
+    grid = [round(edge / diameter * cells) for edge in length]
+    step = settings["time"]["step"] * settings["grid"]["cells"][0] / grid[0]
+    return [f"grid.cells={grid}", f"time.step={float(f'{step:.6g}')!r}"]
 
 
 def finished(out: Path, end: float) -> bool:
@@ -143,7 +219,40 @@ def start_up(options: argparse.Namespace, scene: Scene) -> float:
         return START_UP
 
 
-def run_member(member: Member, ranks: job.Ranks, overrides: Sequence[str]) -> int:
+def earlier(member: Member, start_from: Path | None) -> Path | None:
+    """The earlier run that this one begins with: of its name, or the bed's of any with grains."""
+    if start_from is None:
+        return None
+    folder = start_from / member.out.name
+    if not (folder / "state.h5").is_file():
+        raise UserError(f"--start-from {start_from}: {folder.name} there has no state.h5, the flow at "
+                        "a run's end.")  # fmt: skip
+    return folder.resolve()
+
+
+def begin(member: Member, start_from: Path | None) -> list[str]:
+    """Keys of fluid.toml for a flow that an earlier run left."""
+    folder = earlier(member, start_from)
+    if folder is None:
+        return []
+    return ['start.from="state"', f'start.file="{folder / "state.h5"}"']
+
+
+def placed(member: Member, start_from: Path | None) -> dict[str, str]:
+    """Variables of in.liggghts for grains where an earlier run left them."""
+    folder = earlier(member, start_from)
+    if folder is None or not member.grains:
+        return {}
+    file = member.out / "grains.liggghts"
+    if not file.is_file():
+        write_grains(Run(folder), file)
+    return {"placing": "placed"}
+
+
+def run_member(
+    member: Member, ranks: job.Ranks, overrides: Sequence[str],
+    start_from: Path | None = None, other_commit: bool = False,
+) -> int:  # fmt: skip
     """Starts a run, or goes on with it; returns the job's status."""
     settings = settings_of(member.scene, overrides)
     if finished(member.out, settings["time"]["end"]):
@@ -158,9 +267,11 @@ def run_member(member: Member, ranks: job.Ranks, overrides: Sequence[str]) -> in
     member.out.mkdir(parents=True, exist_ok=True)
     work = job.Job(
         member.scene, member.model, ranks, member.out,
-        [*overrides, *member.overrides(settings)], variables=member.variables(),
+        [*overrides, *member.overrides(settings), *begin(member, start_from)],
+        variables=member.variables() | placed(member, start_from),
         restart=member.out if going_on else None,
     )  # fmt: skip
+    made_by.note(member.out, made_by.now(work, BIN), other_commit)
     print(f"bedload: {work.summary()}{', going on' if going_on else ''}; {member.out}", flush=True)
     return job.run(work.command(), member.scene.folder)
 
@@ -180,23 +291,31 @@ def hours(out: Path) -> tuple[float, bool]:
     return seconds / 3600, len(tables) > len(list(out.glob("log.part*.liggghts")))
 
 
-def circumstances(members_: Sequence[Member], ranks: job.Ranks) -> dict[str, str]:
-    """When, what and where, and how many hours the runs took."""
-    commit = subprocess.run(
-        ["git", "-C", str(ROOT), "describe", "--always", "--dirty"],
-        capture_output=True, text=True, check=False,
-    ).stdout.strip()  # fmt: skip
+def circumstances(
+    members_: Sequence[Member], ranks: job.Ranks, made: str = ""
+) -> dict[str, str]:
+    """When, what (`made`: the commit) and where, and how many hours the runs took; `ranks` are those of
+    the command, for runs that do not say theirs."""
+    each = [job.Ranks.parse(made_by.ranks_of(member.out)) if made_by.ranks_of(member.out) else ranks
+            for member in members_]  # fmt: skip
     try:
         spent, told = zip(*(hours(member.out) for member in members_), strict=True)
-        clock = ("" if all(told) else "more than ") + f"{sum(spent):.2f}"
+        more = "" if all(told) else "more than "
+        clock = f"{more}{sum(spent):.2f}"
+        core = f"{more}{sum(h * r.fluid for h, r in zip(spent, each, strict=True)):.2f}"
     except MissingOutput:
-        clock = "not known"
+        clock = core = "not known"
     return {
+        "command": "./bedload study models " + shlex.join(sys.argv[sys.argv.index("models") + 1 :])
+        if "models" in sys.argv else "not known",
         "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),
-        "commit": commit or "unknown",
+        "commit": made or "unknown",
         "processor": f"{platform.machine()}, {cores()} cores",
-        "ranks of each run": f"{ranks.fluid} of the fluid, {ranks.dem} of LIGGGHTS",
+        "ranks of each run": "; ".join(
+            dict.fromkeys(f"{r.fluid} of the fluid, {r.dem} of LIGGGHTS" for r in each)
+        ),
         "hours on the clock, all runs": clock,
+        "core-hours of the fluid's ranks": core,
     }
 
 
@@ -204,9 +323,13 @@ def report(options: argparse.Namespace, scene: Scene, runs: Sequence[Member]) ->
     """Writes the report of all runs that have got beyond the start-up; returns its folder."""
     cases, described = [], []
     discard = start_up(options, scene)
+    bed = None
     for member in runs:
         try:
-            cases.append(make_case(member.model, Run(member.out), discard))
+            if member.grains:
+                cases.append(make_case(member.model, Run(member.out), discard))
+            else:
+                bed = measured_bed(Run(member.out), discard)
             described.append(member)
         except MissingOutput as missing:
             print(f"bedload: left out of the report: {missing}", flush=True)
@@ -214,13 +337,60 @@ def report(options: argparse.Namespace, scene: Scene, runs: Sequence[Member]) ->
         raise UserError(f"no run in {options.out} has got beyond {discard:g} flow-throughs.")
     folder = options.report or options.out / f"report-{scene.name}"
     kept = folder / "circumstances.json"  # of runs made elsewhere, for instance in parts
-    facts = circumstances(described, job.Ranks.parse(options.ranks))
+    made = made_by.of_all([member.out for member in described], options.other_commit)
+    facts = circumstances(described, job.Ranks.parse(options.ranks), made)
+    if bed is not None:
+        facts["bed without mobile grains"] = f"Re_τ {bed.reynolds:.0f}, {bed.source}"
     if kept.is_file():
         facts |= json.loads(kept.read_text(encoding="utf-8"))
     remarks = options.remarks.read_text(encoding="utf-8") if options.remarks else ""
     title = f"{scene.name}: {len({case.model for case in cases})} collision models"
-    write(Comparison(title, cases, scene.name.startswith("setup2"), facts), folder, remarks)
+    setup = 1 if scene.name.startswith("setup1") else 2 if scene.name.startswith("setup2") else 0
+    beside = {file.parent.name: read_numbers(file) for file in map(numbers_file, options.beside)}
+    folder.mkdir(parents=True, exist_ok=True)
+    keep_correlations(cases[0].run, cases[0].since, folder)
+    write(Comparison(title, cases, setup, facts, bed, scene.name, beside), folder, remarks)
     return folder
+
+
+def numbers_file(folder: Path) -> Path:
+    """numbers.json of a kept report."""
+    file = folder / "numbers.json"
+    if not file.is_file():
+        raise UserError(f"--beside {folder}: has no numbers.json, so it is no report of this study.")
+    return file
+
+
+def read_numbers(file: Path) -> list[dict]:
+    return json.loads(file.read_text(encoding="utf-8"))["runs"]
+
+
+def keep_correlations(run: Run, since: float, folder: Path) -> None:
+    """Two-point correlations of the flow, where snapshots were kept behind the start-up."""
+    bed_top = run.box[1] - run.depth
+    heights = [bed_top + share * run.depth for share in (0.1, 0.3, 0.7)]
+    try:
+        along_x, along_z, _ = turbulence.correlations(run, heights, since)
+    except MissingOutput:
+        return
+    turbulence.draw(run, heights, along_x, along_z, folder / "correlations.png")
+
+
+def measured_bed(run: Run, discard: float) -> Bed:
+    """Friction of the bed without mobile grains, from `discard` flow-throughs on.
+
+    From the driving force, which is what the bed takes up at every instant where the bulk velocity is held;
+    the stress of the outer flow lags behind it for hundreds of D/u_b after the grains are gone.
+    """
+    since = discard * run.box[0] / run.bulk_velocity
+    last = float(run.history()["time"][-1])
+    friction = driving_friction(run, since)
+    if not friction > 0:
+        raise MissingOutput(f"{run.folder} has no driving force after t = {since:g}.")
+    scale = run.depth / run.viscosity
+    late = driving_friction(run, 0.5 * (since + last)) * scale
+    source = f"driving force times depth, t = {since:g} to {last:.4g}; second half {late:.0f}"
+    return Bed(friction / run.bulk_velocity, friction * scale, source)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -231,10 +401,11 @@ def run(options: argparse.Namespace) -> int:
         choose_model(scene, sorted(unknown_models)[0])  # says which one, and the nearest
     runs = members(options, scene)
     ranks = job.Ranks.parse(options.ranks)
+    asked = asked_settings(options, scene)
     if not options.report_only:
         for member in runs:
-            status = run_member(member, ranks, options.set)
-            if status != 0 or not finished(member.out, settings_of(scene, options.set)["time"]["end"]):
+            status = run_member(member, ranks, asked, options.start_from, options.other_commit)
+            if status != 0 or not finished(member.out, settings_of(scene, asked)["time"]["end"]):
                 print(f"bedload: {member.out.name} ended before its time, with status {status}; "
                       "give the command again to go on", flush=True)  # fmt: skip
                 return status or 1

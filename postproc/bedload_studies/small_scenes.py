@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from bedload_launcher.scenes import INPUTS
-
 Vector = tuple[float, float, float]
 
 
@@ -86,14 +84,14 @@ class SmallScene:
                 names = ("vx", "vy", "vz", "omegax", "omegay", "omegaz")
                 pairs = " ".join(f"{n} {v!r}" for n, v in zip(names, values, strict=True))
                 lines.append(f"set atom {tag} {pairs}")
-        e, mu, model = self.restitution, self.friction, INPUTS / "models"
+        e, mu = self.restitution, self.friction
         lines += [
             "group bed type 1\ngroup grains type 2",
             f"fix e all property/global coefficientRestitution peratomtypepair 2 {e} {e} {e} {e}",
             f"fix mu all property/global coefficientFriction peratomtypepair 2 {mu} {mu} {mu} {mu}",
             f"fix weight all gravity {self.gravity!r} vector 0 -1 0",
             "fix fluid all couple/fluid fixed bed",
-            f"include {model}/${{model}}.liggghts",
+            "include ${inputs}/models/${model}.liggghts",
         ]
         for name, height in (("floor", 0.0), ("roof", y)):
             lines.append(

@@ -82,7 +82,7 @@ def wet_restitution(stokes: float, dry: float = 0.97) -> float:
     return dry * math.exp(-35.0 / stokes)
 
 
-def film_speed(weight: float, gap: float, viscosity: float, least_gap: float = 3e-3 * RADIUS) -> float:
+def film_speed(weight: float, gap: float, viscosity: float, least_gap: float = 1e-3 * RADIUS) -> float:
     """Speed at which a sphere under `weight` closes a small gap to a wall: W = 6 pi mu R^2 u/gap, the
     gap taken as at least `least_gap` (gapMin of fix lubrication)."""
     return weight * max(gap, least_gap) / (6.0 * math.pi * viscosity * RADIUS**2)

@@ -1,7 +1,9 @@
 """Hard cases over the time step and the knob that matters: pass, inaccurate, unstable, refused, stopped.
 
 Every case has a criterion that can fail (hard_cases.py). The map goes to stability.csv, .png and .html
-in the report's folder; runs that are in the table already are not repeated.
+in the report's folder; runs that are in the table already are not repeated. With a SCENE: how far it is from
+its own limits (stability_scene.py). A million steps of a small bed in single precision, with the drift of every
+budget: `./bedload study budgets --steps 1000000`.
 """
 
 import argparse
@@ -18,11 +20,13 @@ from bedload_launcher import job
 from bedload_launcher.errors import unknown
 from bedload_launcher.machine import cores
 from bedload_launcher.scenes import Scene
-from bedload_launcher.words import read_rows
+from bedload_launcher.words import end_of, read_rows
 from bedload_post.outputs import MissingOutput
 
-from .criteria import REFUSED, STOPPED, UNSTABLE, Verdict
+from . import stability_scene
+from .criteria import REFUSED, SEVERITY, STOPPED, UNSTABLE, Verdict
 from .hard_cases import CASES, HardCase
+from .runaway import without_cause
 from .stability_report import write_report
 from .trajectories import Trajectories
 
@@ -70,14 +74,18 @@ def run_cell(case: HardCase, value, courant: float, precision: str, folder: Path
     try:
         done = subprocess.run(
             work.command(), cwd=folder, env=job.environment(), stdin=subprocess.DEVNULL,
-            capture_output=True, text=True, timeout=TIMEOUT, check=False,
+            capture_output=True, text=True, timeout=TIMEOUT * (20 if case.long else 1), check=False,
+            preexec_fn=job.dies_with_us(),
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         return Cell(*cell, UNSTABLE, float("nan"), f"no end after {TIMEOUT} s")
     if done.returncode != 0:
-        said = [line for line in done.stderr.splitlines() if line.startswith("bedload")]
-        words = said[0] if said else f"status {done.returncode}"
-        return Cell(*cell, kind_of_end(words), float("nan"), words)
+        words = end_of(done.stderr) or f"status {done.returncode}"
+        kind = kind_of_end(words)
+        if kind == STOPPED and (why := without_cause(folder / "out", scene)):
+            kind, words = UNSTABLE, f"{why}; {words}"
+        shutil.rmtree(folder)
+        return Cell(*cell, kind, float("nan"), words)
     try:
         verdict: Verdict = case.judge(value, dt, Trajectories.of(folder / "out"))
     except MissingOutput as error:
@@ -88,7 +96,7 @@ def run_cell(case: HardCase, value, courant: float, precision: str, folder: Path
 
 def plan(cases: list[HardCase], quick: bool) -> list[tuple]:
     """(case, value, courant, precision): the map in double, its middle column also in single."""
-    cells = []
+    cells: list[tuple] = []
     for case in cases:
         middle = case.courant[len(case.courant) // 2]
         for value in case.values:
@@ -118,9 +126,22 @@ def write_table(file: Path, cells: list[Cell]) -> None:
         table.writerows(asdict(cell) for cell in cells)
 
 
+def counted(cells: list[Cell]) -> str:
+    """How many runs got which verdict, in one line."""
+    kinds = [cell.verdict for cell in cells]
+    parts = [f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys([*SEVERITY, STOPPED, REFUSED])]
+    return f"{len(kinds)} runs: {', '.join(parts)}"
+
+
 def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", nargs="?", metavar="SCENE", help="a scene's own limits (none: the hard cases)")
+    parser.add_argument("--time", type=float, metavar="T", help="of a SCENE's runs (default: sixty of its steps)")
+    parser.add_argument("--model", help="of a SCENE: as for run")
+    parser.add_argument("--ranks", metavar="FLUID:DEM", help="of a SCENE: as for run")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="of a SCENE: as for run")
     parser.add_argument("--case", action="append", metavar="NAME", help="only this case; repeat")
     parser.add_argument("--quick", action="store_true", help="one time step a value, double only")
+    parser.add_argument("--long", action="store_true", help="with the cases that take hours")
     parser.add_argument("--again", action="store_true", help="repeat what the table has already")
     parser.add_argument("--jobs", type=int, default=cores(), help="runs at a time (default: cores)")
     parser.add_argument(
@@ -129,10 +150,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
+    if options.scene is not None:
+        return stability_scene.run(options)
     for name in options.case or []:
         if name not in CASES:
             raise unknown("case", name, CASES)
-    cases = [CASES[name] for name in options.case or CASES]
+    names = options.case or [name for name, case in CASES.items() if options.long or not case.long]
+    cases = [CASES[name] for name in names]
     options.out.mkdir(parents=True, exist_ok=True)
     table = options.out / "stability.csv"
     done = {cell.key(): cell for cell in read_table(table)}
@@ -156,5 +180,6 @@ def run(options: argparse.Namespace) -> int:
             )
             write_table(table, list(done.values()))
     write_report(options.out, list(done.values()))
+    print(counted(list(done.values())))
     print(f"Report: {options.out / 'stability.html'}", file=sys.stderr)
     return 0

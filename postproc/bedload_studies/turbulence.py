@@ -54,7 +54,8 @@ def planes(run: Run, heights: list[float], since: float) -> Iterator[np.ndarray]
 
 def correlations(run: Run, heights: list[float], since: float) -> tuple[np.ndarray, np.ndarray, int]:
     """R along x and z, shapes (heights, nx/2+1) and (heights, nz/2+1), and the number of snapshots."""
-    along_x, along_z, count = 0.0, 0.0, 0
+    along_x: np.ndarray = np.zeros(1)
+    along_z, count = along_x, 0
     for snapshot in planes(run, heights, since):
         along_x = along_x + np.stack([correlation(u, 1) for u in snapshot])
         along_z = along_z + np.stack([correlation(u, 0) for u in snapshot])

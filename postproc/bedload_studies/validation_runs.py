@@ -1,6 +1,7 @@
 """Running the validation scenes, and what a case hands back. No study of its own."""
 
 import json
+import shutil
 import subprocess
 import time
 from collections.abc import Mapping, Sequence
@@ -40,7 +41,9 @@ class Row:
 
     @property
     def passed(self) -> bool | None:
-        return None if self.bound is None else abs(self.error) <= self.bound
+        if self.bound is None or self.error is None:
+            return None
+        return abs(self.error) <= self.bound
 
 
 @dataclass
@@ -98,15 +101,15 @@ class Runner:
         for key, value in settings.items():
             fluid += ["--set", f"{key}={_toml(value)}"]
         dem = [str(BIN / "bedload-dem"), "-in", "in.liggghts", "-log", str(out / "log.liggghts")]
-        for name, value in ({"out": out} | dict(variables)).items():
-            dem += ["-var", name, str(value)]
+        for name, given in ({"out": out} | dict(variables)).items():
+            dem += ["-var", name, str(given)]
         line = ["mpirun", "--quiet", "-np", str(self.ranks.fluid), *fluid, ":",
                 "-np", str(self.ranks.dem), *dem]  # fmt: skip
         done = out / "done.json"
         kept = json.loads(done.read_text(encoding="utf-8")) if done.is_file() else {}
-        key = [part.removeprefix(f"{BIN}/") for part in line]
-        if self.repeats(out) or kept.get("line") != key:
-            kept = {"line": key, "seconds": self._run(line, scene, out)}
+        words = [part.removeprefix(f"{BIN}/") for part in line]
+        if self.repeats(out) or kept.get("line") != words:
+            kept = {"line": words, "seconds": self._run(line, scene, out)}
             done.write_text(json.dumps(kept), encoding="utf-8")
         self.costs[label] = kept["seconds"]
         return Run(out)
@@ -115,10 +118,12 @@ class Runner:
         """Whether the run in `out` is made even where it stands already."""
         return self.afresh
 
-    def _run(self, line: list[str], scene: str, out: Path) -> float:
+    def _run(self, line: Sequence[str], scene: str, out: Path) -> float:
         out.mkdir(parents=True, exist_ok=True)
         for file in [*out.glob("*.h5"), *out.glob("*.csv"), *out.glob("done.json")]:
             file.unlink()
+        for checkpoint in out.glob("checkpoint_*"):
+            shutil.rmtree(checkpoint)
         print(f"bedload: {scene}, {out.name} ...", flush=True)
         began = time.monotonic()
         with (out / "screen.txt").open("w", encoding="utf-8") as screen:

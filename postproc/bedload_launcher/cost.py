@@ -22,6 +22,7 @@ from . import job
 from .errors import UserError
 from .scenes import Scene
 from .trial import Trial, run_trial
+from .words import end_of
 
 MANY_CELLS = 3_000_000  # a trial's largest grid: some 240 MB, far outside the caches
 STEPS = 10
@@ -72,8 +73,12 @@ def smaller_grids(cells: tuple[int, int, int], most: int = MANY_CELLS) -> list[t
     first = large[-1]
     small = [m for m in sizes(0.6 * volume * (first / unit) ** 3) if m >= first / 2]
     # A grid that no smaller one matches is tried alone: all its memory but the program's goes as s^3.
-    chosen = [first] + small[-1:]
-    return [tuple(n * m // unit for n in cells) for m in chosen]
+    return [shrunk(cells, m, unit) for m in [first, *small[-1:]]]
+
+
+def shrunk(cells: tuple[int, int, int], m: int, unit: int) -> tuple[int, int, int]:
+    """`cells` times m / unit."""
+    return cells[0] * m // unit, cells[1] * m // unit, cells[2] * m // unit
 
 
 def largest_factor(cells: Sequence[int]) -> int:
@@ -178,7 +183,7 @@ def smallest_grid(cells: tuple[int, int, int]) -> tuple[int, int, int]:
     """The scene's proportions with at least LEAST_CELLS along each edge."""
     unit = math.gcd(*cells)
     m = min(unit, math.ceil(LEAST_CELLS * unit / min(cells)))
-    return tuple(n * m // unit for n in cells)
+    return shrunk(cells, m, unit)
 
 
 def on_grid(overrides: list[str], grid: tuple[int, int, int]) -> list[str]:
@@ -201,9 +206,15 @@ def estimate(
             continue
         try:
             trials.append(run_trial(work))
-        except UserError:
-            say("bedload: the scene does not run on that one; the other's memory is scaled by cells")
+        except UserError as error:
+            say(f"bedload: the scene does not run on that one ({reason(str(error))}); the other's memory is "
+                "scaled by cells")  # fmt: skip
     return from_trials(cells, trials, longer, program_memory(scene, ranks, overrides, cells))
+
+
+def reason(words: str) -> str:
+    """The program's own sentence out of all that a trial has said."""
+    return (end_of(words).split(": ", 1)[-1] or words.strip().splitlines()[-1]).rstrip(".")
 
 
 def program_memory(

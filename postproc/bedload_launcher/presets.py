@@ -45,11 +45,11 @@ def settings_of(name: str | None, scene: Scene, overrides: list[str]) -> list[st
     if preset.forcing_loops and scene.moves_grains:
         own.append(f"spheres.forcing_loops={preset.forcing_loops}")
     if preset.resolution != 1.0:
-        own += _finer(scene, preset.resolution, name)
+        own += finer(scene, preset.resolution, name)
     return [*own, *overrides]
 
 
-def _finer(scene: Scene, resolution: float, name: str) -> list[str]:
+def finer(scene: Scene, resolution: float, name: str) -> list[str]:
     """The grid nearest to `resolution` times the scene's own that keeps its proportions."""
     cells = scene.cells()
     unit = math.gcd(*cells)
@@ -67,11 +67,22 @@ def _finer(scene: Scene, resolution: float, name: str) -> list[str]:
     return lines
 
 
-def measured_errors(name: str) -> list[str]:
+def cases_like(scene: Scene, model: str | None) -> list[str]:
+    """The cases of the kept study whose physics the scene has."""
+    if not scene.has_spheres:
+        return ["channel"]
+    if not scene.moves_grains:
+        return ["array_drag"]
+    # The rebound was measured with the adaptive collision time model and lubrication.
+    return ["array_drag", "settling"] + (["rebound"] if (model or "").startswith("actm") else [])
+
+
+def measured_errors(name: str, cases: list[str]) -> list[str]:
     """What the kept study found for a preset, one phrase a case; empty before it was ever run."""
     if not MEASURED.is_file():
         return []
     return [
         f"{row['case'].replace('_', ' ')} {100 * float(row['error']):+.1f} %"
-        for row in read_rows(MEASURED) if row["label"] == f"preset {name}"
-    ]  # fmt: skip
+        for row in read_rows(MEASURED)
+        if row["label"] == f"preset {name}" and row["case"] in cases
+    ]

@@ -1,0 +1,99 @@
+"""`./bedload run`: what is asked, put together with what an earlier run was told, becomes one MPI job."""
+
+import shlex
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import folders, job, presets
+from .build import build
+from .errors import UserError
+from .folders import Folder, Launch
+from .scenes import DEFAULT, Scene, choose_model, find_scene, read_variables
+from .words import plain
+
+
+@dataclass(frozen=True)
+class Ask:
+    """The options of the command line, as they stand there; None and empty: nothing was said."""
+
+    scene: str | None = None
+    model: str | None = None
+    accuracy: str | None = None
+    sets: Sequence[str] = ()
+    variables: Sequence[str] = ()
+    ranks: str | None = None
+    steps: int | None = None
+    out: Path | None = None
+    restart: Path | None = None
+
+
+def run_folder(restart: Path) -> Path:
+    """The folder of the run that `--restart` names, itself or by one of its checkpoints."""
+    return restart.parent if restart.name.startswith("checkpoint_") else restart
+
+
+def last_checkpoint(out: Path) -> Path | None:
+    """The newest checkpoint of the run in `out`."""
+    return max(out.glob("checkpoint_" + "[0-9]" * 8), default=None)
+
+
+def check_restart(restart: Path) -> None:
+    """Refuses what holds no checkpoint."""
+    if not restart.is_dir() or (restart == run_folder(restart) and last_checkpoint(restart) is None):
+        raise UserError(f"--restart {restart}: is neither a checkpoint nor a run that holds one.")
+
+
+def with_memory(ask: Ask, before: Launch | None) -> Launch:
+    """How the run is started: what is asked, and for all else what the run that goes on was told."""
+    if before is None:
+        scene = find_scene(ask.scene or DEFAULT)
+        before = Launch(str(scene.folder))
+    scene = find_scene(ask.scene or before.scene)
+    model = choose_model(scene, ask.model or before.model)
+    given = folders.merged([f"{n}={v}" for n, v in before.variables.items()], ask.variables)
+    variables = read_variables(scene, model, given)
+    return Launch(
+        str(scene.folder), model, ask.accuracy or before.accuracy,
+        folders.merged(before.sets, ask.sets), variables, ask.ranks,
+    )  # fmt: skip
+
+
+def output_folder(ask: Ask, scene: Scene, launch: Launch, restart: Path | None) -> Path:
+    """--out; the folder of the run that goes on; runs/SCENE-MODEL-ACCURACY."""
+    if ask.out is not None:
+        return ask.out.resolve()
+    if restart is not None:
+        return run_folder(restart)
+    name = "-".join(filter(None, (scene.name, launch.model, launch.accuracy)))
+    return (Path("runs") / name).resolve()
+
+
+def start(ask: Ask) -> tuple[int, Path]:
+    """Builds, takes the folder, runs the job; returns its status and its folder."""
+    restart = ask.restart.resolve() if ask.restart is not None else None
+    if restart is not None:
+        check_restart(restart)
+    launch = with_memory(ask, Launch.read(run_folder(restart)) if restart else None)
+    scene = find_scene(launch.scene)
+    settings = presets.settings_of(launch.accuracy, scene, list(launch.sets))
+    out = output_folder(ask, scene, launch, restart)
+    ranks = job.Ranks.parse(ask.ranks)
+    build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
+    with Folder(out) as folder:
+        if restart is not None and run_folder(restart) == out:
+            job.keep_part(out)
+        elif aside := folder.make_room():
+            print(f"bedload: the earlier run there is now {plain(str(aside))}", flush=True)
+        folder.note(launch)
+        work = job.Job(scene, launch.model, ranks, out, settings, ask.steps, launch.variables, restart)
+        if restart is not None and launch.said():
+            print(f"bedload: with {plain(launch.said())}", flush=True)
+        print(f"bedload: {plain(work.summary())}; output in {plain(str(out))}", flush=True)
+        status = job.run_job(work)
+    if status != 0:
+        last = last_checkpoint(out)
+        how = f"; go on with --restart {shlex.quote(str(last))}" if last else ""
+        print(f"bedload: the run ended with status {status}; its output is {out}{how}", file=sys.stderr)
+    return status, out

@@ -1,0 +1,80 @@
+"""bed_motion.png: where and when grains of a bed move, over x and time, and the bed's surface.
+
+Both from the samples of spheres.h5. A grain moves when it is faster than 0.01 u_b (Vowinckel, Kempe & Froehlich); the
+surface over a piece of the bed, one diameter long, is the mean over z of the highest grain's top.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from .frames import frames
+from .outputs import Run
+
+MOVING = 0.01  # of u_b
+MOST = 400  # instants that are drawn
+FEWEST = 40  # grains, for a map to say more than their paths
+
+
+def maps(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Instants (m) [T]; share of moving grains (m, n) over pieces of x, nan where none is; surface (m, n) [L]."""
+    every = max(1, sum(len(time) for time, _ in run.instants()) // MOST // max(1, _grains(run)))
+    pieces = max(1, int(run.box[0] / run.diameter))
+    strips = max(1, int(run.box[2] / run.diameter))
+    times, shares, tops = [], [], []
+    seen = 0
+    for part in frames(run.sample_blocks()):
+        for row, time in enumerate(part.time):
+            seen += 1
+            if (seen - 1) % every:
+                continue
+            x = _place(part.position[row][:, 0], run.box[0], pieces)
+            z = _place(part.position[row][:, 2], run.box[2], strips)
+            fast = np.linalg.norm(part.velocity[row], axis=1) > MOVING * run.bulk_velocity
+            count = np.bincount(x, minlength=pieces)
+            moving = np.bincount(x, weights=fast, minlength=pieces)
+            with np.errstate(invalid="ignore"):
+                shares.append(np.where(count > 0, moving / count, np.nan))
+            top = np.full((pieces, strips), -np.inf)
+            np.maximum.at(top, (x, z), part.position[row][:, 1] + part.radius[row])
+            found = np.isfinite(top)
+            total = np.where(found, top, 0.0).sum(axis=1)
+            tops.append(np.where(found.any(axis=1), total / np.maximum(1, found.sum(axis=1)), np.nan))
+            times.append(float(time))
+    return np.array(times), np.array(shares), np.array(tops)
+
+
+def _grains(run: Run) -> int:
+    return len(np.unique(next(run.sample_blocks(rows=1)).tag))
+
+
+def _place(x: np.ndarray, length: float, pieces: int) -> np.ndarray:
+    return np.minimum((np.mod(x, length) / length * pieces).astype(int), pieces - 1)
+
+
+def draw(run: Run, file: Path) -> bool:
+    """Draws both maps; False, and nothing drawn, for fewer than FEWEST grains or two instants."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    if _grains(run) < FEWEST:
+        return False
+    time, share, top = maps(run)
+    if len(time) < 2:
+        return False
+    unit = run.diameter / run.bulk_velocity
+    reach = (0.0, run.box[0] / run.diameter, time[0] / unit, time[-1] / unit)
+    figure, axes = plt.subplots(1, 2, figsize=(9.0, 5.0), layout="constrained", sharey=True)
+    for axis, values, name, colours in (
+        (axes[0], share, "share of grains in motion", "inferno"),
+        (axes[1], top / run.diameter, "bed's surface, y / D", "viridis"),
+    ):
+        image = axis.imshow(values, origin="lower", aspect="auto", extent=reach, cmap=colours, interpolation="nearest")
+        figure.colorbar(image, ax=axis, location="top", label=name)
+        axis.set_xlabel("x / D")
+    axes[0].set_ylabel("t u_b / D")
+    figure.savefig(file, dpi=110)
+    plt.close(figure)
+    return True

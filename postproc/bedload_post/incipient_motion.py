@@ -1,0 +1,168 @@
+"""Onset of motion: transport rate and share of moving grains over the Shields number, and their threshold.
+
+    theta = u_tau^2 / ((s - 1) g D),   q* = q / sqrt((s - 1) g D^3),   s = rho_p/rho_f,
+
+with u_tau the friction velocity of the bed without mobile grains and q the grains' volume that passes a
+unit width in a unit of time: q = n V u_p, n grains to an area of bed, V = pi D^3/6, u_p their mean velocity.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .batches import Estimate
+
+IN_MOTION = 0.1  # share of moving grains at the threshold (Vowinckel, Kempe & Froehlich)
+WONG_PARKER_THRESHOLD, WONG_PARKER_POWER, WONG_PARKER_FACTOR = 0.047, 1.6, 4.93
+
+
+@dataclass(frozen=True)
+class Point:
+    """What one run gives; estimates carry 95 % intervals."""
+
+    model: str
+    shields: float
+    moving: Estimate  # share of the grains faster than 0.01 u_b
+    not_resting: Estimate  # share of time creeping or jumping between two collisions
+    velocity: Estimate  # mean of the grains over u_b
+    transport: Estimate  # q*
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """A critical Shields number and its 95 % interval; nan where the points do not reach it."""
+
+    value: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        if math.isnan(self.value):
+            return "not found"
+        return f"{self.value:.4f} ({self.low:.4f} to {self.high:.4f})"
+
+    def holds(self, value: float) -> bool:
+        return self.low <= value <= self.high
+
+
+UNKNOWN = Threshold(math.nan, math.nan, math.nan)
+
+
+def wong_parker(shields):
+    """q* over a plane bed of gravel, Wong & Parker 2006, Eq. (24): 4.93 (theta - 0.047)^1.6."""
+    excess = np.maximum(np.asarray(shields, dtype=float) - WONG_PARKER_THRESHOLD, 0.0)
+    return WONG_PARKER_FACTOR * excess**WONG_PARKER_POWER
+
+
+def shields_curve(diameter_number: float) -> float:
+    """Critical Shields number of Shields' diagram, Soulsby & Whitehouse 1997:
+
+        0.30/(1 + 1.2 D*) + 0.055 (1 - exp(-0.020 D*)),   D* = D ((s - 1) g/nu^2)^(1/3).
+    """
+    d = diameter_number
+    return 0.30 / (1.0 + 1.2 * d) + 0.055 * (1.0 - math.exp(-0.020 * d))
+
+
+def transport_rate(
+    velocity: float, grains_per_area: float, diameter: float, weight: float
+) -> float:
+    """q* of grains of mean velocity [L/T]; `grains_per_area` [1/L^2], `weight` (s - 1) g [L/T^2]."""
+    flux = grains_per_area * math.pi / 6.0 * diameter**3 * velocity
+    return flux / math.sqrt(weight * diameter**3)
+
+
+def scaled(estimate: Estimate, factor: float) -> Estimate:
+    """The estimate of `factor` times a quantity."""
+    return Estimate(
+        estimate.mean * factor, estimate.half_width * abs(factor), estimate.batches * factor
+    )
+
+
+def crossing(shields: ArrayLike, share: ArrayLike, level: float = IN_MOTION) -> float:
+    """Shields number at which `share` passes `level` upwards for the last time, by straight lines
+    between the points; nan where all are on one side."""
+    theta, values = np.asarray(shields, dtype=float), np.asarray(share, dtype=float)
+    order = np.argsort(theta)
+    theta, values = theta[order], values[order]
+    below = np.flatnonzero(values < level)
+    if len(below) == 0 or below[-1] + 1 >= len(values):
+        return math.nan
+    k = below[-1]
+    part = (level - values[k]) / (values[k + 1] - values[k])
+    return float(theta[k] + part * (theta[k + 1] - theta[k]))
+
+
+def threshold_of_share(points: Sequence[Point], level: float = IN_MOTION) -> Threshold:
+    """Where `level` of the grains are in motion: the crossing of the means; its interval from the
+    crossings of the intervals' upper and lower ends."""
+    theta = [p.shields for p in points]
+    mean = np.array([p.moving.mean for p in points])
+    half = np.array([p.moving.half_width for p in points])
+    value = crossing(theta, mean, level)
+    if math.isnan(value):
+        return UNKNOWN
+    low, high = crossing(theta, mean + half, level), crossing(theta, mean - half, level)
+    return Threshold(
+        value, min(theta) if math.isnan(low) else low, max(theta) if math.isnan(high) else high
+    )
+
+
+def threshold_of_transport(
+    points: Sequence[Point], power: float = WONG_PARKER_POWER, draws: int = 2000
+) -> Threshold:
+    """Shields number at which q* goes to zero: the zero of the straight line through (theta, q*^(1/power)),
+    least squares weighted by the intervals; its own interval from normal draws of the points.
+
+    Only points whose interval leaves zero out take part; with fewer than three, or where the line meets
+    zero at no positive Shields number, it is not known.
+    """
+    taken = [p for p in points if p.transport.mean - p.transport.half_width > 0.0]
+    if len(taken) < 3:
+        return UNKNOWN
+    theta = np.array([p.shields for p in taken])
+    mean = np.array([p.transport.mean for p in taken])
+    deviation = np.array([p.transport.half_width for p in taken]) / 1.96
+    value = _zero(theta, mean, deviation, power)
+    if not value > 0.0:
+        return UNKNOWN
+    random = np.random.default_rng(1)
+    zeros = [
+        _zero(theta, np.maximum(random.normal(mean, deviation), 1e-12), deviation, power)
+        for _ in range(draws)
+    ]
+    low, high = np.nanquantile(zeros, [0.025, 0.975])
+    return Threshold(value, float(low), float(high))
+
+
+def _zero(theta: np.ndarray, rate: np.ndarray, deviation: np.ndarray, power: float) -> float:
+    root = rate ** (1.0 / power)
+    spread = deviation * root / (power * rate)  # of the root, by its derivative
+    weights = 1.0 / np.maximum(spread, 1e-3 * root)
+    slope, intercept = np.polyfit(theta, root, 1, w=weights)
+    return float(-intercept / slope) if slope > 0 else math.nan
+
+
+def complement(share: Estimate) -> Estimate:
+    """The estimate of one minus a share."""
+    return Estimate(1.0 - share.mean, share.half_width, 1.0 - share.batches)
+
+
+def diameter_number(diameter: float, weight: float, viscosity: float) -> float:
+    """D* = D ((s - 1) g/nu^2)^(1/3); `weight` (s - 1) g [L/T^2]."""
+    return diameter * (weight / viscosity**2) ** (1.0 / 3.0)
+
+
+def shields_threshold(diameter: float, friction_velocity: float, viscosity: float) -> float:
+    """The Shields number at which gravity has grains of this bed lie on Shields' curve.
+
+    D* holds gravity, and gravity follows from u_tau and the Shields number, (s - 1) g = u_tau^2/(theta D):
+    the fixed point theta = shields_curve(D*(theta)).
+    """
+    theta = 0.05
+    for _ in range(100):
+        weight = friction_velocity**2 / (theta * diameter)
+        theta = shields_curve(diameter_number(diameter, weight, viscosity))
+    return theta

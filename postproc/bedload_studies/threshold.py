@@ -1,0 +1,193 @@
+"""Onset of motion: share of moving grains and transport rate over the Shields number, for each collision model.
+
+The Shields number is that of the bed without mobile grains, whose friction velocity a run of its own
+measures first; gravity then sets it. Each run has a folder runs/threshold/MODEL-SHIELDS; one that is done is
+left alone, one that was interrupted goes on, so the command may be given as often as one likes.
+"""
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bedload_launcher import job
+from bedload_launcher.errors import UserError
+from bedload_launcher.scenes import Scene, choose_model, find_scene
+from bedload_post import incipient_motion as motion
+from bedload_post.batches import estimate
+from bedload_post.bed_friction import friction_velocity
+from bedload_post.frames import frames
+from bedload_post.incipient_motion import Point
+from bedload_post.outputs import MissingOutput, Run
+from bedload_post.states import RESTING
+from bedload_post.transport import measure
+
+from . import made_by, models
+from .threshold_report import Experiment, write
+
+SHIELDS = (0.01, 0.017, 0.024, 0.033, 0.045, 0.06, 0.085, 0.12)
+MOVING = 0.01  # of u_b: slower counts as rest (Vowinckel, Kempe & Froehlich)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What all runs of the study have in common."""
+
+    scene: Scene
+    cells_per_diameter: int
+    throughs: float  # length of a run, in L_x/u_b
+    discard: float  # of them, left out as start-up
+    out: Path
+
+    @property
+    def settings(self) -> dict:
+        return models.settings_of(self.scene, [])
+
+    @property
+    def time_unit(self) -> float:
+        """A flow-through L_x/u_b [T]."""
+        return self.settings["grid"]["length"][0] / self.settings["reference"]["velocity"]
+
+    def overrides(self) -> list[str]:
+        """Keys of fluid.toml: the grid, a step of the scene's Courant number, the end."""
+        s = self.settings
+        old = s["grid"]["cells"][0] / s["grid"]["length"][0]
+        every = max(1, round(s["statistics"]["every"] * self.cells_per_diameter / old))
+        return [
+            *models.refined(s, self.cells_per_diameter),
+            f"time.end={self.throughs * self.time_unit!r}",
+            f"statistics.from={self.discard * self.time_unit!r}",
+            f"statistics.every={every}",
+            "output.fields_every=0.0",
+        ]
+
+    def bare_bed(self) -> models.Member:
+        """The run that measures the bed's friction velocity."""
+        out = (self.out / models.BED).resolve()
+        return models.Member(self.scene, "actm", None, None, out, {"placing": "none"})
+
+    def member(self, model: str, shields: float, gravity: float) -> models.Member:
+        """The run of a collision model at a Shields number."""
+        out = (self.out / f"{model}-{shields:g}").resolve()
+        return models.Member(self.scene, model, None, gravity, out, {})
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--scene", default="setup2_small", help="default: setup2_small")
+    parser.add_argument(
+        "--models", nargs="+", default=list(models.PAPER_MODELS), metavar="MODEL",
+        help="collision models (default: the paper's four)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--shields", nargs="+", type=float, default=list(SHIELDS), metavar="THETA",
+        help=f"Shields numbers (default: {' '.join(f'{s:g}' for s in SHIELDS)})",
+    )  # fmt: skip
+    parser.add_argument("--cells", type=int, default=6, help="cells to a diameter (default: 6)")
+    parser.add_argument(
+        "--throughs", type=float, default=12.0,
+        help="length of each run in flow-through times L_x/u_b (default: 12)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--discard", type=float, default=4.0, help="of them, left out as start-up (default: 4)"
+    )
+    parser.add_argument("--ranks", metavar="FLUID:DEM", help="as for run")
+    parser.add_argument("--out", type=Path, default=Path("runs/threshold"), help="folder of the runs")
+    parser.add_argument("--report", type=Path, help="folder of the report (default: in --out)")
+    parser.add_argument(
+        "--report-only", action="store_true", help="start nothing, report on what there is"
+    )
+
+
+def check(options: argparse.Namespace, scene: Scene) -> None:
+    """Throws UserError for values that make no study."""
+    if not (models.settings_of(scene, []).get("reference", {}).get("sphere_density")):
+        raise UserError(f"scene '{scene.name}' has no reference.sphere_density, so no Shields number.")
+    for value in options.shields:
+        if not value > 0.0:
+            raise UserError(f"--shields has {value:g}, but a Shields number is above 0.")
+    if not 0.0 <= options.discard < options.throughs:
+        raise UserError(
+            f"--discard is {options.discard:g}, but must be below --throughs, {options.throughs:g}."
+        )
+    if options.cells < 4:
+        raise UserError(f"--cells is {options.cells}, but a sphere needs four cells at least.")
+    for model in options.models:
+        choose_model(scene, model)
+
+
+def gravity_for(shields: float, friction: float, settings: dict) -> float:
+    """g [L/T^2] = u_tau^2/((s - 1) theta D)."""
+    reference = settings["reference"]
+    excess = reference["sphere_density"] / settings["fluid"]["density"] - 1.0
+    return friction**2 / (excess * shields * reference["diameter"])
+
+
+def point_of(run: Run, model: str, shields: float, since: float) -> Point:
+    """The numbers of one run from the time `since` on."""
+    grains = measure(run, since)
+    share, count = [], []
+    for part in frames(run.sample_blocks(since=since)):
+        speed = np.linalg.norm(part.velocity, axis=-1)
+        share.append((speed > MOVING * run.bulk_velocity).mean(axis=1))
+        count.append(np.full(len(part.time), speed.shape[1]))
+    velocity = grains.mean("velocity")
+    weight = run.submerged_weight / run.value("fluid.density")
+    per_area = float(np.mean(np.concatenate(count))) / (run.box[0] * run.box[2])
+    rate = motion.transport_rate(run.bulk_velocity, per_area, run.diameter, weight)
+    resting = grains.share_of(RESTING)
+    return Point(
+        model, shields,
+        moving=estimate(np.concatenate(share), grains.batches, np.concatenate(count)),
+        not_resting=motion.complement(resting),
+        velocity=velocity, transport=motion.scaled(velocity, rate),
+    )  # fmt: skip
+
+
+def complete(member: models.Member, plan: Plan, ranks: job.Ranks) -> None:
+    """Runs a member to its end; raises UserError when it does not get there."""
+    status = models.run_member(member, ranks, plan.overrides())
+    end = models.settings_of(plan.scene, plan.overrides())["time"]["end"]
+    if status != 0 or not models.finished(member.out, end):
+        raise UserError(f"{member.out} ended before its time, with status {status}; "
+                        "give the command again to go on.")  # fmt: skip
+
+
+def experiment(plan: Plan, options: argparse.Namespace) -> Experiment:
+    """All runs, or what there is of them, and their points."""
+    ranks, since = job.Ranks.parse(options.ranks), plan.discard * plan.time_unit
+    bare = plan.bare_bed()
+    if not options.report_only:
+        complete(bare, plan, ranks)
+    friction, source = friction_velocity(Run(bare.out), since)
+    settings, points, runs = plan.settings, [], [bare]
+    for shields in sorted(options.shields):
+        gravity = gravity_for(shields, friction, settings)
+        for model in options.models:
+            member = plan.member(model, shields, gravity)
+            if not options.report_only:
+                complete(member, plan, ranks)
+            try:
+                points.append(point_of(Run(member.out), model, shields, since))
+                runs.append(member)
+            except MissingOutput as missing:
+                print(f"bedload: left out of the report: {missing}", flush=True)
+    if not points:
+        raise UserError(f"no run in {plan.out} has got beyond {plan.discard:g} flow-throughs.")
+    return Experiment(
+        plan.scene.name, plan.cells_per_diameter, plan.throughs, plan.discard, friction, source,
+        settings["fluid"]["kinematic_viscosity"], settings["reference"]["diameter"],
+        settings["reference"]["sphere_density"] / settings["fluid"]["density"],
+        points, models.circumstances(runs, ranks, made_by.of_all([r.out for r in runs])),
+    )  # fmt: skip
+
+
+def run(options: argparse.Namespace) -> int:
+    scene = find_scene(options.scene)
+    check(options, scene)
+    plan = Plan(scene, options.cells, options.throughs, options.discard, options.out)
+    found = experiment(plan, options)
+    folder = options.report or options.out / "report"
+    write(found, folder)
+    print(f"bedload: report in {folder}", flush=True)
+    return 0

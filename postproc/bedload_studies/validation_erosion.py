@@ -1,0 +1,140 @@
+"""Validation case: a thick bed under a viscous flow (Aussillous 2013, Biegert 2017). No study of its own."""
+
+from collections.abc import Callable
+from functools import partial
+from dataclasses import dataclass
+
+import numpy as np
+
+from bedload_post import flow_statistics
+from bedload_post.flow_statistics import FlowStatistics
+from bedload_post.outputs import Run
+
+from .validation_runs import Curve, Result, Row, Runner
+
+GALILEO = 0.397
+LOOSE = 0.05  # grains' share of the volume at which the clear fluid begins
+MEASURED, COMPUTED = "Aussillous et al. 2013", "Biegert et al. 2017"
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Numbers of one flux: clear fluid's height over D, measured +- 0.5 and computed; Shields numbers."""
+
+    reynolds: float
+    height: float
+    height_computed: float
+    shields: float
+    shields_computed: float
+    flux: tuple[float, float]  # of the grains over the fluid's, range of the measurements
+    changes: tuple[dict[str, object], dict[str, object]] = ({}, {})  # of fluid.toml and in.liggghts of the scene
+
+
+CASES_OF_FLUX = (
+    Reference(0.301, 7.05, 7.15, 0.24, 0.224, (5e-3, 1.9e-2)),
+    Reference(0.402, 8.15, 8.31, 0.24, 0.222, (5e-3, 1.6e-2), (
+        {"flow.bulk_velocity": 0.0254, "reference.velocity": 0.0493, "reference.height": 8.15},
+        {"bed_file": "bed_0.402.data"},
+    )),
+)
+
+
+def height_above(y: np.ndarray, grains: np.ndarray, share: float, top: float) -> float:
+    """Distance from the highest place where `grains` passes `share` to the upper wall at `top`; linear in between."""
+    above = int(np.flatnonzero(grains > share)[-1])
+    if above + 1 == len(y):
+        return 0.0
+    part = (grains[above] - share) / (grains[above] - grains[above + 1])
+    return top - float(y[above] + part * (y[above + 1] - y[above]))
+
+
+def height_of_stress(flux: float, stress: float, viscosity: float) -> float:
+    """h of the plane Poiseuille flow with this flux and wall stress over rho: tau = 6 nu q/h^2."""
+    return float(np.sqrt(6.0 * viscosity * flux / stress))
+
+
+def fluxes(s: FlowStatistics) -> tuple[float, float]:
+    """Of the fluid and of the grains, for a unit width: sum over the planes of share, velocity and height."""
+    dy = np.diff(s["y_face"])
+    return float(np.sum(s["fluid"] * s["u"] * dy)), float(np.sum(s["mobile"] * s["grain_u"] * dy))
+
+
+def packing_inside(s: FlowStatistics, diameter: float) -> float:
+    """Share of the grains from one diameter above the floor to one below the surface, as `./bedload settle` says it."""
+    volume = s["grains"] * np.diff(s["y_face"])
+    surface = 2.0 * float(np.sum(volume * s["y"]) / np.sum(volume))
+    inside = (s["y"] > diameter) & (s["y"] < surface - diameter)
+    return float(np.mean(s["grains"][inside] if inside.any() else s["grains"]))
+
+
+def rows_of(s: FlowStatistics, top: float, reference: Reference, diameter: float) -> list[Row]:
+    fluid, grains = fluxes(s)
+    found = fluid / s.viscosity
+    bulk = packing_inside(s, diameter)
+    half = height_above(s["y"], s["grains"], 0.5 * bulk, top) / diameter
+    loose = height_above(s["y"], s["grains"], LOOSE, top) / diameter
+    stress = height_of_stress(fluid, float(s.wall_stress[1]) / s.density, s.viscosity) / diameter
+
+    def shields(height: float) -> float:
+        return 6.0 * found / GALILEO**2 / height**2
+
+    name = f"Re_b {reference.reynolds:g}"
+    measured = f"{MEASURED}, +- 0.5; computed {reference.height_computed:g} ({COMPUTED})"
+    low, high = reference.flux
+    middle = 0.5 * (low + high)
+    return [
+        Row(f"{name}: Re_b of the fluid's flux", found, reference.reynolds, 0.02, source="set"),
+        Row(f"{name}: h_f/D of the flux and the upper wall's stress", stress, reference.height,
+            0.5 / reference.height, source=measured),
+        Row(f"{name}: h_f/D, from half of the bed's packing to the wall", half, reference.height, source=measured),
+        Row(f"{name}: h_f/D, from a packing of {LOOSE:g} to the wall", loose, reference.height, source=measured),
+        Row(f"{name}: Shields number with the first of them", shields(stress), reference.shields, 0.15,
+            source=f"{MEASURED}; computed {reference.shields_computed:g} ({COMPUTED})"),
+        Row(f"{name}: flux of grains over fluid", grains / fluid, middle, (high - low) / (high + low),
+            source=f"middle of {low:g} to {high:g}, {MEASURED}"),
+        Row(f"{name}: packing from D above the floor to D below the surface", bulk, 0.609, 0.02, source=COMPUTED),
+    ]  # fmt: skip
+
+
+def fluxes_over_time(run: Run) -> tuple[float, float]:
+    """Grains' flux for a unit width in the third and in the last quarter of the record, from the samples."""
+    times, values = [], []
+    for block in run.sample_blocks():
+        for time in np.unique(block.time):
+            of = block.time == time
+            times.append(float(time))
+            values.append(float(np.sum(block.velocity[of, 0])))
+    one = np.pi / 6.0 * run.diameter**3 / (run.box[0] * run.box[2])
+    quarter = max(1, len(values) // 4)
+    return one * float(np.mean(values[-2 * quarter : -quarter])), one * float(np.mean(values[-quarter:]))
+
+
+def erosion_at(runner: Runner, reference: Reference) -> Result:
+    """A thick bed of mobile grains under a viscous flow: h_f, Shields number, flux, profiles."""
+    result = Result(f"Erosion of a thick bed by a viscous flow, Re_b {reference.reynolds:g}, D/h = 6",
+                    axes=("share of the volume; velocity over the fluid's largest", "y / D"))  # fmt: skip
+    result.remarks.append(
+        "The number of grains sets the height of the clear fluid to within the bed's dilation, so that h_f and the "
+        "Shields number test the stress over a bed that moves, and the flux tests how it moves. The box is 8 D x 6 D "
+        "(11.3 D x 11.3 D there) and the bed 9 D deep (15 D there)."
+    )
+    run = runner("../laminar_erosion", f"erosion-{reference.reynolds:g}", *reference.changes)
+    s = flow_statistics.read(run)
+    top, diameter = float(run.box[1]), run.diameter
+    result.rows += rows_of(s, top, reference, diameter)
+    before, last = fluxes_over_time(run)
+    result.rows.append(Row(f"Re_b {reference.reynolds:g}: flux of grains, last quarter of the time over the third",
+                           last / before, 1.0, source="steady"))  # fmt: skip
+    y, fastest = s["y"] / diameter, float(np.max(s["u"]))
+    curve: Callable[[str, np.ndarray], Curve] = lambda label, x: Curve(
+        f"Re_b {reference.reynolds:g}: {label}", np.round(x, 5).tolist(), np.round(y, 4).tolist()
+    )
+    result.curves += [curve("share of grains", s["grains"]), curve("fluid u", s["u"] / fastest),
+                      curve("grains u", np.where(s["mobile"] > 1e-3, s["grain_u"], np.nan) / fastest)]  # fmt: skip
+    return result
+
+
+CASES = {
+    "erosion": partial(erosion_at, reference=CASES_OF_FLUX[0]),
+    "erosion402": partial(erosion_at, reference=CASES_OF_FLUX[1]),
+}
