@@ -21,7 +21,7 @@ namespace {
 constexpr const char* style_name = "fix collision/table";
 constexpr const char* columns =
     "tag_i,tag_j,time_start,time_end,x,y,z,impact_speed_normal,impact_speed_tangential,"
-    "rebound_speed_normal,impulse_normal,impulse_tangential\n";
+    "rebound_speed_normal,impulse_normal,impulse_tangential,largest_overlap\n";
 }  // namespace
 
 FixCollisionTable::FixCollisionTable(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
@@ -48,7 +48,7 @@ int FixCollisionTable::setmask() {
 }
 
 void FixCollisionTable::init() {
-  reporters_.check_pairs(lmp, style_name);
+  contact_observers_.check_pairs(lmp, style_name);
   if (started_ || comm->me != 0) {
     started_ = true;
     return;
@@ -112,6 +112,7 @@ void FixCollisionTable::touch(const ContactStep& c) {
   r.last_step = now;
   r.last_time = time();
   r.last_gap = c.gap;
+  r.largest_overlap = std::max(r.largest_overlap, -c.gap);
   r.last_speed = c.normal_speed + normal_force * dt * c.inverse_mass;
 }
 
@@ -131,7 +132,7 @@ void FixCollisionTable::end_of_step() {
 double FixCollisionTable::time() const { return clock_offset_ + update->get_cur_time(); }
 
 void FixCollisionTable::setup(int) {
-  reporters_.check_walls(lmp, style_name, groupbit);
+  contact_observers_.check_walls(lmp, style_name, groupbit);
   if (restarted_) clock_offset_ = restart_time_ - update->get_cur_time();
   restarted_ = false;
 }
@@ -178,7 +179,7 @@ void FixCollisionTable::finish(const Record& r) {
   finished_.push_back({r.tag, r.other < 0 ? -1.0 : r.other, r.start_time, r.last_time + until,
                        r.position[0], r.position[1], r.position[2], r.impact_speed, r.impact_slip,
                        r.last_speed, r.normal_impulse,
-                       std::sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])});
+                       std::sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]), r.largest_overlap});
 }
 
 std::vector<double> FixCollisionTable::gather(const std::vector<double>& mine) const {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "fix.h"
+#include "liggghts_styles/contact_observers.hpp"
 #include "liggghts_styles/keywords.hpp"
-#include "liggghts_styles/reporters.hpp"
 
 namespace bedload {
 
@@ -65,7 +65,7 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
 
   /// Called by the contact models before a run: the table is fed.
   /// @param wall fix of the wall; none: the pairs
-  void attach(const LAMMPS_NS::Fix* wall) { reporters_.add(wall); }
+  void attach(const LAMMPS_NS::Fix* wall) { contact_observers_.add(wall); }
 
  private:
   /// A contact that is under way. Plain numbers only: it travels by MPI and in restart files.
@@ -76,11 +76,12 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
     double impact_speed, impact_slip;
     double normal_impulse, tangential_impulse[3];
     double last_step, last_time, last_gap, last_speed;
+    double largest_overlap;
   };
   static constexpr int record_size = sizeof(Record) / sizeof(double);
   using Key = std::pair<std::int64_t, std::int64_t>;
   /// One row of the table, in the order of its columns.
-  using Row = std::array<double, 12>;
+  using Row = std::array<double, 13>;
 
   static Key key_of(const Record& r) {
     return {static_cast<std::int64_t>(r.tag), static_cast<std::int64_t>(r.other)};
@@ -96,7 +97,7 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   std::string file_;
   std::int64_t every_ = static_cast<std::int64_t>(keywords[0].preset);
   bool started_ = false;
-  Reporters reporters_;
+  ContactObservers contact_observers_;
   std::map<Key, Record> open_;
   std::vector<Row> finished_;
   std::int64_t count_ = 0;

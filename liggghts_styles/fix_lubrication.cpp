@@ -4,11 +4,13 @@
 #include <mpi.h>
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "fix_property_atom.h"
 #include "liggghts_styles/formulas/lubrication.hpp"
 #include "liggghts_styles/liggghts.hpp"
+#include "liggghts_styles/model_scale.hpp"
 #include "liggghts_styles/wall_reach.hpp"
 
 namespace bedload {
@@ -16,9 +18,17 @@ namespace bedload {
 namespace {
 constexpr const char* style_name = "fix lubrication";
 constexpr const char* store_id = "lubricationForce";
+constexpr double default_range = 2;   // cells; a film at a wall has 0.8 % left there
+constexpr double default_gap = 1e-3;  // radii
+constexpr double published_gap = 3e-3;
 constexpr double tolerance = 1e-8;  // of the films' forces, far below what the formula is good for
 constexpr int most_iterations = 200;
+constexpr double unresolved_cells = 0.65;  // `./bedload study validation film`
 }  // namespace
+
+FixLubrication* find_lubrication(LAMMPS_NS::LAMMPS* lmp) {
+  return static_cast<FixLubrication*>(lmp->modify->find_fix_style_strict("lubrication", 0));
+}
 
 FixLubrication::FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
     : Fix(lammps, narg, arg) {
@@ -29,11 +39,10 @@ FixLubrication::FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
   const Arguments given(lmp, help, std::span(arg, narg).subspan(3));
   viscosity_setting_ = given.number("viscosity");
   range_setting_ = given.number("range");
-  smallest_gap_ = given.number("gapMin");
-  unresolved_ = given.number("unresolved");
-  if (unresolved_ > 0 && range_setting_ > 0) {
-    stop_run(lmp,
-             fmt::format("{}: unresolved gives the range itself; leave out range", style_name));
+  smallest_gap_setting_ = given.number("gapMin");
+  law_ = given.word("law");
+  if (!law_.empty() && law_ != "unresolved" && law_ != "published") {
+    stop_run(lmp, fmt::format("{}: law is unresolved or published, found '{}'", style_name, law_));
   }
   viscosity_now_ = viscosity_setting_;
 }
@@ -57,14 +66,21 @@ void FixLubrication::pre_delete(bool unfix) {
 }
 
 void FixLubrication::prepare(const LAMMPS_NS::Fix* wall) {
-  reporters_.add(wall);
+  contact_observers_.add(wall);
   viscosity_ = viscosity_setting_ > 0 ? FluidValue::constant(viscosity_setting_)
                                       : FluidValue::find(lmp, "viscosity", "fluidViscosity");
-  range_ = range_setting_;
-  if (range_ == 0) {
-    const FluidValue h = FluidValue::find(lmp, "cell_size", "fluidCellSize");
-    if (h.known()) range_ = (unresolved_ > 0 ? unresolved_ : 2) * h.get();
+  const FluidValue cell_size = FluidValue::find(lmp, "cell_size", "fluidCellSize");
+  const double h = cell_size.known() ? cell_size.get() : 0;
+  range_ = range_setting_ > 0 ? range_setting_ : default_range * h;
+  cell_size_ = law_ == "published" ? 0 : h;
+  if (law_ == "unresolved" && h == 0) {
+    stop_run(lmp, fmt::format("{}: law unresolved needs a grid: a fix couple/fluid, or the "
+                              "property fluidCellSize",
+                              style_name));
   }
+  smallest_gap_ = smallest_gap_setting_ > 0 ? smallest_gap_setting_
+                  : cell_size_ > 0          ? default_gap
+                                            : published_gap;
   const char* missing = !viscosity_.known() ? "viscosity" : range_ == 0 ? "range" : nullptr;
   if (missing != nullptr) {
     stop_run(lmp,
@@ -79,11 +95,24 @@ void FixLubrication::prepare(const LAMMPS_NS::Fix* wall) {
                          "the film would be as stiff at every gap",
                          style_name, smallest_gap_, smallest_gap, range_));
   reach_out(lmp, style_name, range_);
+  if (wall == nullptr) tell_range();
+}
+
+/// The range and where it comes from; a warning where it is shorter than what the grid leaves out.
+void FixLubrication::tell_range() const {
+  const FluidValue h = FluidValue::find(lmp, "cell_size", "fluidCellSize");
+  tell_scale(lmp, {style_name, "range", "range", "cells", range_setting_, default_range}, h);
+  if (h.live() && range_ < unresolved_cells * h.get())
+    warn(
+        lmp, style_name,
+        fmt::format("the range {:.4g} is shorter than the gap of {:.4g} ({} cells) below which the "
+                    "fluid's grid does not resolve the film",
+                    range_, unresolved_cells * h.get(), unresolved_cells));
 }
 
 void FixLubrication::init() {
   mobility_ = Mobility(lmp);
-  reporters_.check_pairs(lmp, style_name);
+  contact_observers_.check_pairs(lmp, style_name);
   refuse_projected_spheres();
 }
 
@@ -105,21 +134,34 @@ void FixLubrication::refuse_projected_spheres() const {
   }
 }
 
-void FixLubrication::add(int i, int j, double gap, double effective_radius, double smaller_radius,
-                         const double* n, const double* wall_velocity) {
+void FixLubrication::forget() {
+  films_.clear();
+  collisions_.clear();
+}
+
+/// c of this step [kg/s]; below 0 in a collision.
+double FixLubrication::coefficient(const Surfaces& s, double opening) const {
+  const double way = std::abs(opening) * update->dt;
+  double per_gap = contact::mean_inverse_gap(s.gap, way, smallest_gap_ * s.smaller_radius);
+  if (cell_size_ > 0) {
+    const auto& share = s.j < 0 ? contact::unresolved_at_wall : contact::unresolved_of_pair;
+    per_gap *= share(std::max(0.0, s.gap) / cell_size_);
+    const double touching = way > 0 ? std::clamp(0.5 - s.gap / way, 0.0, 1.0) : 1.0;
+    if (s.colliding) per_gap -= touching * contact::resolved_at_touch / cell_size_;
+    if (s.enduring) per_gap += touching / (smallest_gap_ * s.smaller_radius);
+  }
+  return per_gap * contact::lubrication_strength(viscosity_.get(), s.effective_radius);
+}
+
+void FixLubrication::add(const Surfaces& s) {
   const auto outside = [&](int k) { return (atom->mask[k] & groupbit) == 0; };
-  if (outside(i) || (j >= 0 && outside(j))) return;
-  const auto coefficient = [&](double at) {
-    return contact::lubrication_coefficient(viscosity_.get(), effective_radius, at,
-                                            smallest_gap_ * smaller_radius);
-  };
-  // What the grid resolves of the film is in the fluid's force already.
-  const double c = coefficient(gap) - (unresolved_ > 0 ? coefficient(range_) : 0);
-  if (c <= 0) return;
-  Film film{i, j, c, {n[0], n[1], n[2]}, {0, 0, 0}, 0, j >= atom->nlocal ? 0.5 : 1.0, 0};
+  if (outside(s.i) || (s.j >= 0 && outside(s.j))) return;
+  const double* n = s.normal;
+  Film film{s.i, s.j, 0, {n[0], n[1], n[2]}, {0, 0, 0}, 0, s.j >= atom->nlocal ? 0.5 : 1.0, 0};
   if (inverse_mass(film) == 0) return;  // neither can move
-  if (wall_velocity != nullptr) std::copy_n(wall_velocity, 3, film.wall_velocity.begin());
-  films_.push_back(film);
+  if (s.wall_velocity != nullptr) std::copy_n(s.wall_velocity, 3, film.wall_velocity.begin());
+  film.coefficient = coefficient(s, opening_speed(film));
+  if (film.coefficient != 0) (film.coefficient > 0 ? films_ : collisions_).push_back(film);
 }
 
 double FixLubrication::inverse_mass(int i) const { return mobility_.inverse_mass(*atom, i); }
@@ -135,7 +177,7 @@ double FixLubrication::sum_over_ranks(double mine) const {
 }
 
 bool FixLubrication::none_anywhere() const {
-  return sum_over_ranks(static_cast<double>(films_.size())) == 0;
+  return sum_over_ranks(static_cast<double>(films_.size() + collisions_.size())) == 0;
 }
 
 /// n·(a_i - a_j), the rate at which the gap's speed changes [m/s²].
@@ -167,6 +209,15 @@ void FixLubrication::accelerate(const std::vector<double>& forces) {
   comm->forward_comm_fix(this);
 }
 
+/// g_n [m/s].
+double FixLubrication::opening_speed(const Film& film) const {
+  const double* vi = atom->v[film.i];
+  const double* vj = film.j < 0 ? film.wall_velocity.data() : atom->v[film.j];
+  double opening = 0;
+  for (int d = 0; d < 3; ++d) opening += (vi[d] - vj[d]) * film.normal[d];
+  return opening;
+}
+
 /// Each film by itself, under the forces that are not films.
 void FixLubrication::solve_alone() {
   const int local = atom->nlocal;
@@ -177,10 +228,7 @@ void FixLubrication::solve_alone() {
   comm->forward_comm_fix(this);
   const double dt = update->dt;
   for (Film& film : films_) {
-    const double* vi = atom->v[film.i];
-    const double* vj = film.j < 0 ? film.wall_velocity.data() : atom->v[film.j];
-    double opening = 0;
-    for (int d = 0; d < 3; ++d) opening += (vi[d] - vj[d]) * film.normal[d];
+    const double opening = opening_speed(film);
     const double x = film.coefficient * dt * inverse_mass(film);
     film.compliance = contact::lubrication_step_compliance(film.coefficient, dt, x);
     film.force = contact::lubrication_step_force(film.coefficient, opening, relative(film), dt, x);
@@ -246,24 +294,33 @@ void FixLubrication::pre_final_integrate() {
   stale_ = !none;
   if (none) return;
 
+  for (Film& film : collisions_) film.force = -film.coefficient * opening_speed(film);
+  apply(collisions_);
   accelerations_.resize(local + atom->nghost);
   solve_alone();
   solve_together();
-  for (const Film& film : films_) {
+  apply(films_);
+}
+
+/// The forces of these films join the others and lubricationForce.
+void FixLubrication::apply(const std::vector<Film>& films) {
+  double** applied = applied_->array_atom;
+  const auto push = [&](int k, double force, const Film& film) {
+    if (inverse_mass(k) == 0) return;
     for (int d = 0; d < 3; ++d) {
-      if (inverse_mass(film.i) > 0) applied[film.i][d] += film.force * film.normal[d];
-      if (film.j < 0 || film.j >= local || inverse_mass(film.j) == 0) continue;
-      applied[film.j][d] -= film.force * film.normal[d];
+      applied[k][d] += force * film.normal[d];
+      atom->f[k][d] += force * film.normal[d];
     }
-  }
-  for (int i = 0; i < local; ++i) {
-    for (int d = 0; d < 3; ++d) atom->f[i][d] += applied[i][d];
+  };
+  for (const Film& film : films) {
+    push(film.i, film.force, film);
+    if (film.j >= 0 && film.j < atom->nlocal) push(film.j, -film.force, film);
   }
 }
 
 // At the start of a run the forces of the last step are wanted again.
 void FixLubrication::setup(int) {
-  reporters_.check_walls(lmp, style_name, groupbit);
+  contact_observers_.check_walls(lmp, style_name, groupbit);
   const auto now = static_cast<double>(update->ntimestep);
   for (int i = 0; i < atom->nlocal; ++i) {
     const double* applied = applied_->array_atom[i];

@@ -1,13 +1,14 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "fix.h"
+#include "liggghts_styles/contact_observers.hpp"
 #include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
-#include "liggghts_styles/reporters.hpp"
 
 namespace LAMMPS_NS {
 class FixPropertyAtom;
@@ -28,17 +29,18 @@ class FixLubrication : public LAMMPS_NS::Fix {
   static constexpr NumberKeyword keywords[] = {
       {"viscosity", 0, false, no_limit, 0, "from fix couple/fluid or the property fluidViscosity",
        "M/(L T)", "Dynamic viscosity of the fluid."},
-      {"range", 0, false, no_limit, 0, "2 h, from fix couple/fluid or the property fluidCellSize",
+      {"range", 0, true, no_limit, 0, "0: 2 h, from fix couple/fluid or the property fluidCellSize",
        "L", "Largest gap with a film."},
-      {"gapMin", 0, false, 1, 3e-3, "", "radii of the smaller sphere",
-       "Smallest gap in the formula."},
-      {"unresolved", 0, false, no_limit, 0, "off: the published law", "h",
-       "Adds only what a fluid grid of spacing h lacks, within this gap."}};
+      {"gapMin", 0, false, 1, 0, "0.001; with law published 0.003", "radii of the smaller sphere",
+       "Smallest gap in the formula."}};
+  static constexpr WordKeyword words[] = {
+      {"law", "unresolved where a cell size h is known, else published",
+       "unresolved: what a fluid grid of spacing h lacks of the film; published: the whole film."}};
   static constexpr StyleHelp help{
       "fix lubrication",
       "Lubrication between spheres that do not touch, and between them and walls of fix "
       "wall/gran.",
-      "fix ID group lubrication [keyword value ...]", keywords};
+      "fix ID group lubrication [keyword value ...]", keywords, words};
 
   FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg);
   ~FixLubrication() override;
@@ -47,8 +49,8 @@ class FixLubrication : public LAMMPS_NS::Fix {
   void post_create() override;
   void pre_delete(bool unfix) override;
   void init() override;
-  void setup_pre_force(int) override { films_.clear(); }
-  void pre_force(int) override { films_.clear(); }
+  void setup_pre_force(int) override { forget(); }
+  void pre_force(int) override { forget(); }
   void pre_neighbor() override { stale_ = true; }
   void setup(int) override;
   void pre_final_integrate() override;
@@ -61,10 +63,17 @@ class FixLubrication : public LAMMPS_NS::Fix {
   /// @param wall fix of the wall; none: the pairs
   void prepare(const LAMMPS_NS::Fix* wall);
 
-  /// Surfaces that do not touch, `gap` apart. @param j other sphere (local index), -1 for a wall
-  /// @param normal unit vector towards i  @param wall_velocity velocity of the wall [m/s]
-  void add(int i, int j, double gap, double effective_radius, double smaller_radius,
-           const double* normal, const double* wall_velocity);
+  /// Two surfaces in range, as a contact model meets them.
+  struct Surfaces {
+    int i, j;                                 ///< local indices; j = -1: a wall
+    double gap;                               ///< below 0 in overlap [m]
+    double effective_radius, smaller_radius;  ///< [m]
+    const double* normal;                     ///< unit vector towards i
+    const double* wall_velocity;              ///< [m/s]; nullptr for a pair
+    bool colliding;                           ///< in a collision, which is stretched
+    bool enduring;                            ///< in a contact that is no collision
+  };
+  void add(const Surfaces& s);
 
   /// Whether surfaces whose distance squared is `rsq` are in range; `touch` is the distance at
   /// which they would touch.
@@ -84,9 +93,14 @@ class FixLubrication : public LAMMPS_NS::Fix {
   };
   using Vector = std::array<double, 3>;
 
+  double opening_speed(const Film& film) const;
+  void apply(const std::vector<Film>& films);
   double inverse_mass(int i) const;
   double inverse_mass(const Film& film) const;
   bool none_anywhere() const;
+  void tell_range() const;
+  void forget();
+  double coefficient(const Surfaces& s, double opening) const;
   void refuse_projected_spheres() const;
   void solve_alone();
   void solve_together();
@@ -94,15 +108,22 @@ class FixLubrication : public LAMMPS_NS::Fix {
   double relative(const Film& film) const;
   double sum_over_ranks(double mine) const;
 
-  double viscosity_setting_ = 0, range_setting_ = 0, smallest_gap_ = 0, unresolved_ = 0;
+  std::string law_;
+  double viscosity_setting_ = 0, range_setting_ = 0, smallest_gap_setting_ = 0;
+  double smallest_gap_ = 0;  // radii
   double viscosity_now_ = 0, range_ = 0;
+  double cell_size_ = 0;  // of the grid that resolves a part of the films; 0: none does
   FluidValue viscosity_;
   Mobility mobility_;
-  Reporters reporters_;
+  ContactObservers contact_observers_;
   std::vector<Film> films_;
+  std::vector<Film> collisions_;       // coefficient < 0: what the grid resolves and should not
   std::vector<Vector> accelerations_;  // of local and ghost spheres [m/s²]
   bool stale_ = true;                  // lubricationForce holds something that is not of this step
   LAMMPS_NS::FixPropertyAtom* applied_ = nullptr;
 };
+
+/// The one of the script; nullptr without.
+FixLubrication* find_lubrication(LAMMPS_NS::LAMMPS* lmp);
 
 }  // namespace bedload

@@ -85,6 +85,9 @@ std::string describe_style(const StyleHelp& style) {
   for (const WordKeyword& word : style.words)
     text += fmt::format("  {}\n    {}\n    text; default {}\n", word.name, word.meaning,
                         word.preset_text);
+  for (const ChoiceKeyword& choice : style.choices)
+    text += fmt::format("  {}\n    {}\n    unit -; {}; default {}\n", choice.name, choice.meaning,
+                        fmt::join(choice.choices, ", "), choice.choices[choice.preset]);
   for (const NumberKeyword& number : style.numbers)
     text += fmt::format("  {}\n    {}\n    unit {}; {}; default {}\n", number.name, number.meaning,
                         number.unit, allowed_text(number),
@@ -101,6 +104,20 @@ void check_numbers(LAMMPS_NS::LAMMPS* lmp, std::string_view style,
       if (n + 1 == arguments.size())
         stop_run(lmp, fmt::format("{}: {} needs a number behind it", style, keyword.name));
       check_number(lmp, style, keyword, read_number(lmp, style, keyword.name, arguments[n + 1]));
+    }
+  }
+}
+
+void check_choices(LAMMPS_NS::LAMMPS* lmp, std::string_view style,
+                   std::span<const ChoiceKeyword> keywords, std::span<char*> arguments) {
+  for (std::size_t n = 0; n < arguments.size(); n += 2) {
+    for (const ChoiceKeyword& keyword : keywords) {
+      if (keyword.name != arguments[n]) continue;
+      const std::string_view found = n + 1 < arguments.size() ? arguments[n + 1] : "";
+      if (std::find(keyword.choices.begin(), keyword.choices.end(), found) != keyword.choices.end())
+        continue;
+      stop_run(lmp, fmt::format("{}: {} has to be one of {}, found '{}'", style, keyword.name,
+                                fmt::join(keyword.choices, ", "), found));
     }
   }
 }

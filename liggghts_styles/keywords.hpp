@@ -42,6 +42,14 @@ struct WordKeyword {
   std::string_view name, preset_text, meaning;
 };
 
+/// A keyword that takes one of several words.
+struct ChoiceKeyword {
+  std::string_view name;
+  std::span<const std::string_view> choices;
+  std::size_t preset;  ///< which one without the keyword
+  std::string_view meaning;
+};
+
 /// A style or command as the help prints it.
 struct StyleHelp {
   std::string_view name;     ///< kind and name: "normal model actm"
@@ -49,6 +57,7 @@ struct StyleHelp {
   std::string_view syntax;   ///< lines of a script
   std::span<const NumberKeyword> numbers{};
   std::span<const WordKeyword> words{};
+  std::span<const ChoiceKeyword> choices{};
 };
 
 std::string describe_style(const StyleHelp& style);
@@ -67,6 +76,10 @@ void check_number(LAMMPS_NS::LAMMPS* lmp, std::string_view style, const NumberKe
 /// others to whoever knows them. @param style name for the sentence
 void check_numbers(LAMMPS_NS::LAMMPS* lmp, std::string_view style,
                    std::span<const NumberKeyword> keywords, std::span<char*> arguments);
+
+/// The same for words that have to be one of the choices.
+void check_choices(LAMMPS_NS::LAMMPS* lmp, std::string_view style,
+                   std::span<const ChoiceKeyword> keywords, std::span<char*> arguments);
 
 /// "unknown keyword 'rage', the nearest is 'range' (there are range and viscosity)".
 std::string unknown_keyword(std::string_view found, std::span<const std::string> known);

@@ -15,7 +15,7 @@ int end_job_unless_clean(MPI_Comm, int, void* state, void*) {
   const auto& ending = *static_cast<LiggghtsProgram::Ending*>(state);
   int size = 1;
   MPI_Comm_size(MPI_COMM_WORLD, &size);
-  // Alone, LIGGGHTS' own exit(1) follows and nobody waits.
+  // Alone, LIGGGHTS' own exit(1) follows and no other program waits.
   if (size == 1 || ending.clean) return MPI_SUCCESS;
   if (ending.rank != 0) {
     // Rank 0 still has the message to print, and ends this one behind it.

@@ -26,6 +26,9 @@ class Mobility {
   /// @param mask the particle's group mask (atom->mask)
   bool held(int mask) const { return (mask & integrated_) == 0 || (mask & held_) != 0; }
 
+  /// Whether no fix moves, freezes or holds it.
+  bool left_alone(int mask) const { return (mask & (integrated_ | held_)) == 0; }
+
   /// 1/mass, 0 for a held particle [1/kg].
   double inverse_mass(int mask, double mass) const { return held(mask) ? 0.0 : 1.0 / mass; }
   double inverse_mass(const LAMMPS_NS::Atom& atom, int i) const {

@@ -6,12 +6,15 @@
 #include <numbers>
 #include <vector>
 
+#include "liggghts_styles/choice_setting.hpp"
+#include "liggghts_styles/fix_lubrication.hpp"
 #include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/formulas/actm.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/material_values.hpp"
 #include "liggghts_styles/mobility.hpp"
+#include "liggghts_styles/model_scale.hpp"
 
 namespace LIGGGHTS::ContactModels {
 
@@ -28,16 +31,25 @@ inline constexpr int BEDLOAD_ACTM = 20;
 /// - actm_step: number of the last step in contact
 /// - actm_settling: step at which it began, -1 once it is stiff enough to bear the weight
 /// - actm_lost: energy that its damping has dissipated and no stiffening has used
+/// - actm_impact: 1 if it began as a collision, 0 as an enduring contact
 template <>
 class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
  public:
+  static constexpr double not_given = -1;
   static constexpr bedload::NumberKeyword keywords[] = {
-      {"collisionSteps", 0, false, bedload::no_limit, 10, "", "fluid time steps",
-       "Duration T_c of a collision."},
-      {"criticalStokes", 0, true, bedload::no_limit, 5, "", "-",
+      {"collisionTime", 0, true, bedload::no_limit, 0, "0: collisionSteps", "T",
+       "Duration T_c of a collision, the same on any grid."},
+      {"collisionSteps", 0, false, bedload::no_limit, not_given, "10 without collisionTime",
+       "fluid time steps", "Duration T_c of a collision that follows the grid."},
+      {"criticalStokes", 0, true, bedload::no_limit, not_given,
+       "5 with biegert, 1 with kempe_froehlich", "-",
        "Stokes number of the impact below which a contact counts as enduring."},
-      {"restingOverlap", 0, false, 1, 1e-3, "", "radii of the smaller sphere",
-       "Overlap under the own weight in an enduring contact."}};
+      {"restingOverlap", 0, false, 1, not_given, "0.001 with biegert",
+       "radii of the smaller sphere", "Overlap under the own weight in an enduring contact."}};
+  static constexpr std::string_view rules[] = {"plain", "kempe_froehlich", "biegert"};
+  enum Rule { plain, kempe_froehlich, biegert };
+  static constexpr bedload::ChoiceKeyword choices[] = {
+      {"enduring", rules, biegert, "Rule for slow impacts and contacts that last."}};
   static constexpr bedload::StyleHelp help{
       "normal model actm",
       "Adaptive collision time: each collision is stretched to T_c and rebounds with "
@@ -45,7 +57,9 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
       "pair_style gran model actm [tangential haff_werner|history|off] "
       "[rolling_friction cdt|epsd2|off] [keyword value ...]\n"
       "fix ID group wall/gran model actm [tangential ...] primitive|mesh ... [keyword value ...]",
-      keywords};
+      keywords,
+      {},
+      choices};
 
   NormalModel(LAMMPS* lammps, IContactHistorySetup* hsetup, ContactModelBase* cmb)
       : NormalModelBase(lammps, hsetup, cmb) {
@@ -57,12 +71,15 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     hsetup->add_history_value("actm_step", "0");
     hsetup->add_history_value("actm_settling", "0");
     hsetup->add_history_value("actm_lost", "0");
+    hsetup->add_history_value("actm_impact", "0");
   }
 
   void registerSettings(Settings& settings) override {
-    bedload::read_setting(settings, keywords[0], collision_steps_);
-    bedload::read_setting(settings, keywords[1], critical_stokes_);
-    bedload::read_setting(settings, keywords[2], resting_overlap_);
+    bedload::read_setting(settings, keywords[0], time_setting_);
+    bedload::read_setting(settings, keywords[1], steps_setting_);
+    bedload::read_setting(settings, keywords[2], stokes_setting_);
+    bedload::read_setting(settings, keywords[3], overlap_setting_);
+    bedload::read_choice(settings, choices[0], rule_);
   }
 
   void postSettings(IContactHistorySetup*, ContactModelBase*) override {}
@@ -81,8 +98,9 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
         calibrations_.push_back(done[e]);
       }
     }
-    fluid_step_ = bedload::require_fluid_time_step(lmp, "normal model actm");
+    settle_settings();
     viscosity_ = bedload::find_viscosity(lmp);
+    lubrication_ = bedload::find_lubrication(lmp);
     mobility_ = bedload::Mobility(lmp);
     gravity_known_ = false;
   }
@@ -126,8 +144,30 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
   void surfacesClose(SurfacesCloseData&, ForceData&, ForceData&) override {}
 
  private:
+  /// T_c and the numbers of the rule, from what the script gives.
+  void settle_settings() {
+    constexpr const char* name = "normal model actm";
+    if (time_setting_ > 0 && steps_setting_ != not_given)
+      bedload::stop_run(lmp,
+                        "normal model actm: collisionTime and collisionSteps both say how long "
+                        "a collision lasts; leave out one of them (collisionTime 0)");
+    if (rule_ == plain && stokes_setting_ != not_given)
+      bedload::stop_run(lmp,
+                        "normal model actm: criticalStokes has no effect with enduring plain, "
+                        "which calibrates at every impact");
+    if (rule_ != biegert && overlap_setting_ != not_given)
+      bedload::stop_run(lmp, "normal model actm: restingOverlap belongs to enduring biegert");
+    fluid_step_ = bedload::require_fluid_time_step(lmp, name);
+    const double steps = steps_setting_ == not_given ? 10 : steps_setting_;
+    scale_ = {name, "collision time", "collisionTime", "time steps", time_setting_, steps};
+    bedload::tell_scale(lmp, scale_, fluid_step_);
+    constexpr double of_rule[] = {0, 1, 5};
+    critical_stokes_ = stokes_setting_ == not_given ? of_rule[rule_] : stokes_setting_;
+    resting_overlap_ = overlap_setting_ == not_given ? 1e-3 : overlap_setting_;
+  }
+
   struct History {
-    double stiffness, damping, birth_overlap, speed, force, step, settling, lost;
+    double stiffness, damping, birth_overlap, speed, force, step, settling, lost, impact;
   };
 
   /// One step of a contact: birth if there is none, force, memory of both. Sets s.kn.
@@ -148,7 +188,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
       calibrate(s, mass, approach, h);
       h.settling = now;
       h.lost = 0;
-    } else if (h.settling >= 0 && update->ntimestep % settling_stride == 0) {
+    } else if (rule_ == biegert && h.settling >= 0 && update->ntimestep % settling_stride == 0) {
       settle(s, mass, now, h);
     }
     const bedload::contact::ActmStep done = bedload::contact::actm_step(
@@ -158,37 +198,56 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
       h.lost += h.damping * middle * middle * update->dt;
     }
     s.kn = done.secant_stiffness;
+    if (lubrication_ != nullptr) tell_film(s, now, h);
     if (done.last) h.stiffness = 0;
     h.force = done.force;
     h.step = now;
     return h.force;
   }
 
+  /// In a collision the film is over, but what the grid resolves of it is not. In an enduring
+  /// contact the surfaces lie on their roughness, and the film stays at its smallest gap.
+  void tell_film(const SurfacesIntersectData& s, double now, const History& h) {
+    const double longest = longest_collision * scale_.value(fluid_step_);
+    const bool colliding = h.impact > 0 && (now - h.settling) * update->dt < longest;
+    const double effective = s.is_wall ? s.radi : s.radi * s.radj / s.radsum;
+    const double smaller = s.is_wall ? s.radi : std::min(s.radi, s.radj);
+    lubrication_->add({s.i, s.is_wall ? -1 : s.j, -s.deltan, effective, smaller, s.en,
+                       s.is_wall ? s.v_j : nullptr, colliding, rule_ == biegert && !colliding});
+  }
+
+  /// Not yet known at connectToProperties: fixes are initialised after the pair. Asked for by new
+  /// contacts and by those that settle, which after a restart may come first.
+  void find_out_gravity() {
+    if (gravity_known_) return;
+    gravity_ = bedload::find_gravity(lmp);
+    fluid_density_ = bedload::find_fluid_density(lmp);
+    gravity_known_ = true;
+  }
+
   /// k and d of a contact that begins with (or is hit at) the speed u.
   void calibrate(const SurfacesIntersectData& s, double mass, double u, History& h) {
-    if (!gravity_known_) {  // not yet at connectToProperties: fixes are initialised after the pair
-      gravity_ = bedload::find_gravity(lmp);
-      fluid_density_ = bedload::find_fluid_density(lmp);
-      gravity_known_ = true;
-    }
-    const double collision_time = collision_steps_ * fluid_step_.get();
+    find_out_gravity();
+    const double collision_time = scale_.value(fluid_step_);
     if (!(collision_time > 0)) {
       error->one(FLERR, "normal model actm: the coupling has not set a fluid time step above 0");
     }
     const Partner heavier = heavier_partner(s);
     const double g = submerged_gravity(heavier);
 
-    // Enduring contact: impact speed below St_crit, or so low that weight turns the sphere round
-    // within one collision time.
-    double critical = 0.5 * g * collision_time;
-    if (viscosity_.known()) {
+    // Enduring contact: impact speed below St_crit, or (biegert) so low that weight turns the
+    // sphere round within one collision time.
+    double critical = rule_ == biegert ? 0.5 * g * collision_time : 0.0;
+    if (critical_stokes_ > 0 && viscosity_.known()) {
       critical = std::max(critical,
                           bedload::contact::speed_at_stokes(critical_stokes_, viscosity_.get(),
                                                             2 * heavier.density * heavier.radius));
     }
     h.speed = std::max(u, critical);
+    h.impact = u < critical ? 0 : 1;
     set(h, bedload::contact::actm_coefficients(mass, h.speed, collision_time, calibration(s)));
-    if (u < critical) stiffen(s, mass, bearing_stiffness(s), h);
+    if (rule_ == biegert && u < critical) stiffen(s, mass, bearing_stiffness(s), h);
+    if (rule_ != biegert) soften_to_resolved(s, mass, h);
   }
 
   /// A contact that is still there after twice the collision time is no collision: other forces
@@ -196,8 +255,9 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
   /// time, and pays the elastic energy for that from what its damping has taken, so that no energy
   /// is made.
   void settle(const SurfacesIntersectData& s, double mass, double now, History& h) {
-    const double collision_time = collision_steps_ * fluid_step_.get();
+    const double collision_time = scale_.value(fluid_step_);
     if ((now - h.settling) * update->dt < 2 * collision_time) return;
+    find_out_gravity();
     const double target = bearing_stiffness(s);
     const double overlap = s.deltan - h.birth_overlap;
     const double per_stiffness = bedload::contact::elastic_energy(1.0, overlap);
@@ -219,22 +279,36 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
         bedload::contact::actm_coefficients_of_stiffness(mass, h.speed, stiffness, calibration(s)));
   }
 
+  /// Keeps k to what the step resolves under the weight: without a rule for enduring contact it
+  /// grows without bound as u -> 0.
+  void soften_to_resolved(const SurfacesIntersectData& s, double mass, History& h) const {
+    const Partner heavier = heavier_partner(s);
+    const double g = submerged_gravity(heavier);
+    if (g == 0) return;
+    const double most = bedload::contact::stiffness_bearing(heavier.mass * g, resolved_overlap(g));
+    if (h.stiffness <= most) return;
+    set(h, bedload::contact::actm_coefficients_of_stiffness(mass, h.speed, most, calibration(s)));
+  }
+
+  /// Overlap at rest whose frequency sqrt(1.5 g/δ) the step resolves, 0.3/Δt.
+  double resolved_overlap(double g) const {
+    return 1.5 * g * update->dt * update->dt / (0.3 * 0.3);
+  }
+
   static void set(History& h, const bedload::contact::ActmCoefficients& c) {
     h.stiffness = c.stiffness;
     h.damping = c.damping;
   }
 
   /// k that lets the submerged weight of the heavier partner press in by restingOverlap times the
-  /// smaller radius, or by as much as the step resolves: the frequency sqrt(1.5 g/δ) of a sphere
-  /// that rests at δ is kept below 0.3/Δt. 0 without gravity.
+  /// smaller radius, or by as much as the step resolves. 0 without gravity.
   double bearing_stiffness(const SurfacesIntersectData& s) const {
     const Partner heavier = heavier_partner(s);
     const double g = submerged_gravity(heavier);
     if (g == 0) return 0;
-    const double resolved = 1.5 * g * update->dt * update->dt / (0.3 * 0.3);
     const double smaller = s.is_wall ? s.radi : std::min(s.radi, s.radj);
-    return bedload::contact::stiffness_bearing(heavier.mass * g,
-                                               std::max(resting_overlap_ * smaller, resolved));
+    return bedload::contact::stiffness_bearing(
+        heavier.mass * g, std::max(resting_overlap_ * smaller, resolved_overlap(g)));
   }
 
   const bedload::contact::ActmCalibration& calibration(const SurfacesIntersectData& s) const {
@@ -273,8 +347,16 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
   /// energy away and never adds any.
   static constexpr double softening = 32;
 
+  /// A collision is over after this many T_c, whatever still holds the surfaces together.
+  static constexpr double longest_collision = 1.5;
+
   int first_ = 0;
-  double collision_steps_ = 10, critical_stokes_ = 5, resting_overlap_ = 1e-3;
+  bedload::FixLubrication* lubrication_ = nullptr;
+  double time_setting_ = 0, steps_setting_ = not_given;
+  double stokes_setting_ = not_given, overlap_setting_ = not_given;
+  int rule_ = biegert;
+  bedload::ModelScale scale_{};
+  double critical_stokes_ = 0, resting_overlap_ = 0;
   bedload::PairTable restitution_;
   std::vector<bedload::contact::ActmCalibration> calibrations_;
   bedload::FluidValue fluid_step_, viscosity_;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -8,6 +10,7 @@
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/mobility.hpp"
+#include "liggghts_styles/model_scale.hpp"
 #include "liggghts_styles/wall_reach.hpp"
 
 namespace LIGGGHTS::ContactModels {
@@ -19,15 +22,18 @@ inline constexpr int BEDLOAD_RPM = 21;
 template <>
 class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
  public:
+  static constexpr double not_given = -1;
   static constexpr bedload::NumberKeyword keywords[] = {
-      {"range", 0, false, bedload::no_limit, 0,
-       "2 h, from fix couple/fluid or the property fluidCellSize", "L",
+      {"range", 0, true, bedload::no_limit, 0,
+       "0: 2 h, from fix couple/fluid or the property fluidCellSize", "L",
        "Gap S at which the repulsion begins."},
       {"strength", 0, false, bedload::no_limit, 0,
-       "such that a collision at sqrt(g D) between equal spheres lasts collisionSteps", "-",
+       "such that a collision at sqrt(g D) between equal spheres lasts collisionTime", "-",
        "Repulsion at the touch in weights of the sphere."},
-      {"collisionSteps", 0, false, bedload::no_limit, 5, "", "fluid time steps",
-       "Duration of a collision that the default of strength aims at."}};
+      {"collisionTime", 0, true, bedload::no_limit, 0, "0: collisionSteps", "T",
+       "Duration of a collision that the default of strength aims at, the same on any grid."},
+      {"collisionSteps", 0, false, bedload::no_limit, not_given, "5 without collisionTime",
+       "fluid time steps", "The same duration where it follows the grid."}};
   static constexpr bedload::StyleHelp help{
       "normal model rpm",
       "Repulsive potential: surfaces are pushed apart before they touch, without loss of energy.",
@@ -42,7 +48,8 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
   void registerSettings(Settings& settings) override {
     bedload::read_setting(settings, keywords[0], range_setting_);
     bedload::read_setting(settings, keywords[1], strength_setting_);
-    bedload::read_setting(settings, keywords[2], collision_steps_);
+    bedload::read_setting(settings, keywords[2], time_setting_);
+    bedload::read_setting(settings, keywords[3], steps_setting_);
   }
 
   void postSettings(IContactHistorySetup*, ContactModelBase*) override {}
@@ -53,19 +60,20 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
       bedload::stop_run(lmp,
                         "normal model rpm measures its force in weights and needs a fix gravity");
     }
-    range_ = range_setting_;
-    if (range_ == 0) {
-      const bedload::FluidValue h = bedload::FluidValue::find(lmp, "cell_size", "fluidCellSize");
+    const bedload::FluidValue h = bedload::FluidValue::find(lmp, "cell_size", "fluidCellSize");
+    if (range_setting_ == 0) {
       if (!h.known()) {
         bedload::stop_run(
             lmp,
             "normal model rpm needs its range: write the keyword 'range <m>' behind the "
             "model, or add a fix couple/fluid, whose grid spacing gives it");
       }
-      range_ = 2 * h.get();
     }
-    if (strength_setting_ == 0)
-      fluid_step_ = bedload::require_fluid_time_step(lmp, "normal model rpm");
+    const bedload::ModelScale scale{style, "range", "range", "cells", range_setting_, 2};
+    range_ = scale.value(h);
+    bedload::tell_scale(lmp, scale, h);
+    if (h.live() && range_ < h.get()) warn_of_cells(h.get());
+    settle_duration();
     largest_radius_ = registry.max_radius();
     bedload::reach_out(lmp, "normal model rpm", range_);
     ready_ = false;
@@ -122,14 +130,39 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
     gravity_ = bedload::find_gravity(lmp);
     strength_ = strength_setting_;
     if (strength_ == 0 && gravity_ > 0) {
-      strength_ = bedload::contact::rpm_strength(std::sqrt(2 * gravity_ * largest_radius_),
-                                                 collision_steps_ * fluid_step_.get(), range_,
-                                                 gravity_, 0.5);
+      strength_ =
+          bedload::contact::rpm_strength(std::sqrt(2 * gravity_ * largest_radius_),
+                                         duration_.value(fluid_step_), range_, gravity_, 0.5);
     }
     ready_ = true;
   }
 
-  double range_setting_ = 0, strength_setting_ = 0, collision_steps_ = 5;
+  static constexpr const char* style = "normal model rpm";
+
+  /// Duration that the default of strength aims at.
+  void settle_duration() {
+    if (time_setting_ > 0 && steps_setting_ != not_given)
+      bedload::stop_run(lmp,
+                        "normal model rpm: collisionTime and collisionSteps both say how long "
+                        "a collision lasts; leave out one of them (collisionTime 0)");
+    if (strength_setting_ != 0) return;
+    fluid_step_ = bedload::require_fluid_time_step(lmp, style);
+    const double steps = steps_setting_ == not_given ? 5 : steps_setting_;
+    duration_ = {style, "collision time", "collisionTime", "time steps", time_setting_, steps};
+    bedload::tell_scale(lmp, duration_, fluid_step_);
+  }
+
+  void warn_of_cells(double h) const {
+    bedload::warn(
+        lmp, style,
+        fmt::format("the range {:.4g} is shorter than a cell of the fluid ({:.4g}), which "
+                    "does not resolve the flow in that gap",
+                    range_, h));
+  }
+
+  double range_setting_ = 0, strength_setting_ = 0;
+  double time_setting_ = 0, steps_setting_ = not_given;
+  bedload::ModelScale duration_{};
   double range_ = 0, strength_ = 0, gravity_ = 0, largest_radius_ = 0;
   bedload::FluidValue fluid_step_;
   bedload::Mobility mobility_;

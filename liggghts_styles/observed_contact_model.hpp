@@ -38,7 +38,7 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
   void connectToProperties(PropertyRegistry& registry) {
     Base::connectToProperties(registry);
     LAMMPS_NS::Modify& modify = *lmp_->modify;
-    lubrication_ = static_cast<FixLubrication*>(modify.find_fix_style_strict("lubrication", 0));
+    lubrication_ = find_lubrication(lmp_);
     table_ = static_cast<FixCollisionTable*>(modify.find_fix_style_strict("collision/table", 0));
     if (lubrication_ != nullptr) lubrication_->prepare(wall_);
     if (table_ != nullptr) table_->attach(wall_);
@@ -63,8 +63,8 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
       const double n[3] = {s.delta[0] / r, s.delta[1] / r, s.delta[2] / r};
       const double effective = s.is_wall ? s.radi : s.radi * s.radj / s.radsum;
       const double smaller = s.is_wall ? s.radi : std::min(s.radi, s.radj);
-      lubrication_->add(s.i, s.is_wall ? -1 : s.j, gap, effective, smaller, n,
-                        s.is_wall ? s.v_j : nullptr);
+      lubrication_->add({s.i, s.is_wall ? -1 : s.j, gap, effective, smaller, n,
+                         s.is_wall ? s.v_j : nullptr, false, false});
     }
     if (acts) record_close(s, r, gap, i_forces);
   }

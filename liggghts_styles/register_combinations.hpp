@@ -24,6 +24,8 @@ void check_keywords(LAMMPS_NS::LAMMPS* lmp, std::span<char*> words) {
     check_numbers(lmp, Model::help.name, Model::keywords, words);
   else if constexpr (requires { Model::keywords; })
     check_numbers(lmp, "contact model", Model::keywords, words);
+  if constexpr (requires { Model::choices; })
+    check_choices(lmp, Model::help.name, Model::choices, words);
 }
 
 /// LIGGGHTS' machinery around a contact model (Granular for pairs or for walls), with checked

@@ -9,6 +9,7 @@
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/material_values.hpp"
 #include "liggghts_styles/mobility.hpp"
+#include "liggghts_styles/model_scale.hpp"
 
 namespace LIGGGHTS::ContactModels {
 
@@ -25,9 +26,10 @@ template <>
 class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
  public:
   static constexpr bedload::NumberKeyword keywords[] = {
-      {"tangentialDamping", 0, false, bedload::no_limit, 0,
-       "slip dies away within a fluid step, and not faster than in four DEM steps", "M/T",
+      {"tangentialDamping", 0, false, bedload::no_limit, 0, "from slipTime", "M/T",
        "Damping d_t of the slip."},
+      {"slipTime", 0, true, bedload::no_limit, 0, "0: a fluid time step", "T",
+       "Time in which slip dies away, not less than four DEM steps."},
       {"stickAfter", 0, true, bedload::no_limit, 0, "0: never, the published law",
        "fluid time steps", "Age from which a contact bears tangential loads at rest."}};
   static constexpr bedload::StyleHelp help{
@@ -48,7 +50,8 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
 
   void registerSettings(Settings& settings) override {
     bedload::read_setting(settings, keywords[0], damping_setting_);
-    bedload::read_setting(settings, keywords[1], stick_after_);
+    bedload::read_setting(settings, keywords[1], slip_time_);
+    bedload::read_setting(settings, keywords[2], stick_after_);
   }
 
   void postSettings(IContactHistorySetup* hsetup, ContactModelBase*) override {
@@ -65,6 +68,15 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     fluid_step_ = stick_after_ > 0 ? bedload::require_fluid_time_step(
                                          lmp, "tangential model haff_werner stickAfter")
                                    : bedload::FluidValue::find(lmp, "dt_fluid", "fluidTimeStep");
+    if (damping_setting_ > 0 && slip_time_ > 0)
+      bedload::stop_run(lmp,
+                        "tangential model haff_werner: tangentialDamping and slipTime both say "
+                        "how fast slip dies away; leave out one of them (slipTime 0)");
+    if (damping_setting_ == 0 && (slip_time_ > 0 || fluid_step_.known())) {
+      scale_ = {
+          "tangential model haff_werner", "slip time", "slipTime", "time step", slip_time_, 1};
+      bedload::tell_scale(lmp, scale_, fluid_step_);
+    }
     mobility_ = bedload::Mobility(lmp);
   }
 
@@ -187,11 +199,14 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
         friction_(s.itype, s.jtype) * normal_force);
   }
 
-  /// Default of d_t as a time: slip dies away within a fluid step, and not faster than in four DEM
-  /// steps, which is stable for a sphere that touches twelve others. Kept until a step changes.
+  /// Default of d_t as a time: slip dies away within slipTime (a fluid step), and not faster than
+  /// in four DEM steps, which is stable for a sphere that touches twelve others. Kept until a step
+  /// changes.
   double relaxing_damping_of_unit_mass() {
     const double dt = update->dt;
-    const double fluid_step = fluid_step_.known() ? fluid_step_.get() : 0.0;
+    const double fluid_step = slip_time_ > 0        ? slip_time_
+                              : fluid_step_.known() ? fluid_step_.get()
+                                                    : 0.0;
     if (dt != kept_for_dt_ || fluid_step != kept_for_fluid_step_) {
       kept_for_dt_ = dt;
       kept_for_fluid_step_ = fluid_step;
@@ -203,7 +218,8 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
 
   int force_ = 0, step_ = 0;
   int since_ = 0;
-  double damping_setting_ = 0, stick_after_ = 0;
+  double damping_setting_ = 0, slip_time_ = 0, stick_after_ = 0;
+  bedload::ModelScale scale_{};
   double kept_for_dt_ = 0, kept_for_fluid_step_ = 0, kept_damping_ = 0;
   bedload::PairTable friction_;
   bedload::FluidValue fluid_step_;

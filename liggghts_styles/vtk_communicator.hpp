@@ -11,7 +11,7 @@ class VtkCommunicator {
  public:
   /// @param dem communicator of all LIGGGHTS ranks
   explicit VtkCommunicator(MPI_Comm dem);
-  ~VtkCommunicator();
+  ~VtkCommunicator();  // NOLINT(performance-trivially-destructible): with VTK it has work to do
   VtkCommunicator(const VtkCommunicator&) = delete;
   VtkCommunicator& operator=(const VtkCommunicator&) = delete;
 

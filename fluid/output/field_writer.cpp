@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 
-#include "fluid/output/agreement.hpp"
-#include "fluid/output/aside_file.hpp"
-#include "fluid/output/grown_file.hpp"
-#include "fluid/output/hdf5_file.hpp"
+#include "fluid/files/atomic_file.hpp"
+#include "fluid/files/collectively.hpp"
+#include "fluid/files/hdf5_file.hpp"
+#include "fluid/files/resumable_file.hpp"
 
 namespace bedload {
 namespace {
@@ -25,45 +26,40 @@ std::vector<double> faces(const Grid& grid, std::size_t d) {
 }
 
 /// This rank's share of an array of shape (nz, ny, nx).
-Hyperslab slab_of(const Grid& grid, const Decomposition& slabs) {
+Hyperslab slab_of(const Grid& grid, const Decomposition& decomposition) {
   const auto size = [](int n) { return static_cast<std::uint64_t>(n); };
   return {{size(grid.cells[2]), size(grid.cells[1]), size(grid.cells[0])},
-          {size(slabs.first_row()), size(slabs.first()), 0},
-          {size(slabs.rows()), size(slabs.planes()), size(grid.cells[0])}};
+          {size(decomposition.first_row()), size(decomposition.first()), 0},
+          {size(decomposition.rows()), size(decomposition.planes()), size(grid.cells[0])}};
 }
 
-/// Component c of the velocity at the centres of this rank's cells in rows first .. first+rows-1,
-/// order (k, j, i): u(i, j, k) = (u_{i-1/2} + u_{i+1/2}) / 2, and v and w alike.
+/// A quantity at the centres of this rank's cells in rows first .. first+rows-1, order (k, j, i):
+/// one that lives on faces as u(i, j, k) = (u_{i-1/2} + u_{i+1/2}) / 2, one at the centres as it
+/// is.
 template <class Real>
-void centred_velocity(const FlowView<Real>& flow, int c, int first, int rows, float* to) {
+void centred(const FlowView<Real>& flow, const FieldEntry& entry, int first, int rows, float* to) {
+  const std::array<int, 3> lower_face{entry.on_face(0), entry.on_face(1), entry.on_face(2)};
   for (int k = first; k < first + rows; ++k)
-    for (int j = 0; j < flow.slabs.planes(); ++j) {
-      const Real* upper = flow.velocity.row(j, k, c);
-      const Real* lower = c == 0   ? upper - 1
-                          : c == 1 ? flow.velocity.row(j - 1, k, c)
-                                   : flow.velocity.row(j, k - 1, c);
+    for (int j = 0; j < flow.decomposition.planes(); ++j) {
+      const Real* upper = flow.fields.row(entry, j, k);
+      const Real* lower =
+          flow.fields.row(entry, j - lower_face[1], k - lower_face[2]) - lower_face[0];
       for (int i = 0; i < flow.grid.cells[0]; ++i)
         *to++ = static_cast<float>(Real(0.5) * (lower[i] + upper[i]));
     }
 }
 
-/// The pressure in the same rows and order.
-template <class Real>
-void centred_pressure(const FlowView<Real>& flow, int first, int rows, float* to) {
-  for (int k = first; k < first + rows; ++k)
-    for (int j = 0; j < flow.slabs.planes(); ++j) {
-      const Real* row = flow.pressure.row(j, k);
-      for (int i = 0; i < flow.grid.cells[0]; ++i) *to++ = static_cast<float>(row[i]);
-    }
-}
+constexpr auto fields_per_snapshot = static_cast<std::uint64_t>(std::count_if(
+    field_list.begin(), field_list.end(), [](const FieldEntry& entry) { return entry.in_output; }));
 
 }  // namespace
 
-FieldWriter::FieldWriter(const std::string& folder, const Grid& grid, const Decomposition& slabs,
-                         std::int64_t resume_after)
-    : folder_(folder), path_(folder + "/fields.h5"), grid_(grid), comm_(slabs.comm()) {
+FieldWriter::FieldWriter(const std::string& folder, const Grid& grid,
+                         const Decomposition& decomposition, std::int64_t resume_after)
+    : folder_(folder), path_(folder + "/fields.h5"), grid_(grid), comm_(decomposition.comm()) {
   on_first_rank(comm_, [&] {
-    if (resume_after < 0 || !go_on(path_, [&] { resume_file(resume_after); })) create_file();
+    if (resume_after < 0 || !resume_or_set_aside(path_, [&] { resume_file(resume_after); }))
+      create_file();
     write_xdmf();
   });
   int count = static_cast<int>(snapshots_.size());
@@ -75,7 +71,7 @@ FieldWriter::FieldWriter(const std::string& folder, const Grid& grid, const Deco
 
 void FieldWriter::create_file() {
   require_space(path_, metadata_room);
-  Hdf5File file(aside_name(path_), Hdf5File::Access::create, MPI_COMM_SELF);
+  Hdf5File file(temporary_name(path_), Hdf5File::Access::create, MPI_COMM_SELF);
   file.make_group("grid");
   for (std::size_t d = 0; d < 3; ++d) {
     const std::vector<double> position = faces(grid_, d);
@@ -83,13 +79,13 @@ void FieldWriter::create_file() {
     file.write(fmt::format("grid/{}", "xyz"[d]), {{n}, {0}, {n}}, position.data());
   }
   file.close();
-  put_back(path_);
+  mark_whole(path_);
 }
 
 void FieldWriter::resume_file(std::int64_t step) {
   snapshots_.clear();
-  take_aside(path_);
-  Hdf5File file(aside_name(path_), Hdf5File::Access::append, MPI_COMM_SELF);
+  mark_unfinished(path_);
+  Hdf5File file(temporary_name(path_), Hdf5File::Access::append, MPI_COMM_SELF);
   for (const std::string& name : file.names("/")) {
     if (!name.starts_with("step_")) continue;
     const Snapshot snapshot{file.attribute<std::int64_t>(name, "step"),
@@ -100,35 +96,35 @@ void FieldWriter::resume_file(std::int64_t step) {
       file.remove(name);
   }
   file.close();
-  put_back(path_);
+  mark_whole(path_);
 }
 
 template <class Real>
 void FieldWriter::write(const FlowView<Real>& flow) {
-  const Hyperslab slab = slab_of(flow.grid, flow.slabs);
+  const Hyperslab slab = slab_of(flow.grid, flow.decomposition);
   on_first_rank(comm_, [&] {
     const auto cells = static_cast<std::uint64_t>(grid_.cell_count());
-    require_space(path_, cells * 4 * sizeof(float) + metadata_room);
-    take_aside(path_);
+    require_space(path_, cells * fields_per_snapshot * sizeof(float) + metadata_room);
+    mark_unfinished(path_);
   });
-  Hdf5File file(aside_name(path_), Hdf5File::Access::append, comm_);
+  Hdf5File file(temporary_name(path_), Hdf5File::Access::append, comm_);
   const std::string group = group_name(flow.step);
   if (std::erase_if(snapshots_, [&](const Snapshot& s) { return s.step == flow.step; }) > 0)
     file.remove(group);
   file.make_group(group);
   file.set_attribute(group, "step", flow.step);
   file.set_attribute(group, "time", flow.time);
-  for (int c = 0; c < 3; ++c)
+  for (const FieldEntry& entry : field_list) {
+    if (!entry.in_output) continue;
+    const std::string name = fmt::format("{}/{}", group, entry.name);
     file.write_in_pieces<float>(
-        fmt::format("{}/{}", group, "uvw"[c]), slab,
-        [&](int first, int rows, float* to) { centred_velocity(flow, c, first, rows, to); });
-  file.write_in_pieces<float>(group + "/p", slab, [&](int first, int rows, float* to) {
-    centred_pressure(flow, first, rows, to);
-  });
+        name, slab, [&](int first, int rows, float* to) { centred(flow, entry, first, rows, to); });
+    file.set_text(name, "unit", entry.unit);
+  }
   file.close();
   snapshots_.push_back({flow.step, flow.time});
   on_first_rank(comm_, [&] {
-    put_back(path_);
+    mark_whole(path_);
     write_xdmf();
   });
 }
@@ -151,12 +147,14 @@ void FieldWriter::write_xdmf() const {
           "fields.h5:/grid/{}</DataItem>\n",
           grid_.cells[d] + 1, "xyz"[d]);
     text += "</Geometry>\n";
-    for (const char name : {'u', 'v', 'w', 'p'})
+    for (const FieldEntry& entry : field_list) {
+      if (!entry.in_output) continue;
       text += fmt::format(
           "<Attribute Name=\"{0}\" AttributeType=\"Scalar\" Center=\"Cell\">"
           "<DataItem Dimensions=\"{4} {3} {2}\" NumberType=\"Float\" Precision=\"4\" "
           "Format=\"HDF\">fields.h5:/{1}/{0}</DataItem></Attribute>\n",
-          name, group, nx, ny, nz);
+          entry.name, group, nx, ny, nz);
+    }
     text += "</Grid>\n";
   }
   text += "</Grid>\n</Domain>\n</Xdmf>\n";

@@ -4,7 +4,7 @@
 #include <string>
 #include <tuple>
 
-#include "fluid/output/csv_file.hpp"
+#include "fluid/files/csv_file.hpp"
 
 namespace bedload {
 
@@ -30,6 +30,8 @@ struct HistoryRow {
   std::int64_t forcing_loops = 0;  ///< of the last stage
   std::int64_t mobile_spheres = 0;
   double momentum_residual = 0.0;  ///< largest since the row before, relative; NaN: not followed
+  /// Of the fluid on all fixed spheres, mean over the last step, buoyancy included [M L/T^2].
+  double fixed_force_x = 0.0, fixed_force_y = 0.0, fixed_force_z = 0.0;
 };
 
 template <class T>
@@ -59,7 +61,10 @@ inline constexpr std::tuple history_columns{
     HistoryColumn<double>{"slip_rms", &HistoryRow::slip_rms},
     HistoryColumn<std::int64_t>{"forcing_loops", &HistoryRow::forcing_loops},
     HistoryColumn<std::int64_t>{"mobile_spheres", &HistoryRow::mobile_spheres},
-    HistoryColumn<double>{"momentum_residual", &HistoryRow::momentum_residual}};
+    HistoryColumn<double>{"momentum_residual", &HistoryRow::momentum_residual},
+    HistoryColumn<double>{"fixed_force_x", &HistoryRow::fixed_force_x},
+    HistoryColumn<double>{"fixed_force_y", &HistoryRow::fixed_force_y},
+    HistoryColumn<double>{"fixed_force_z", &HistoryRow::fixed_force_z}};
 
 /// The names of all columns, with commas between.
 std::string history_header();

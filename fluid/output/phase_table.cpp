@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "fluid/output/aside_file.hpp"
+#include "fluid/files/atomic_file.hpp"
 
 namespace bedload {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "fluid/phase_clock.hpp"
+#include "fluid/channel/phase_clock.hpp"
 
 namespace bedload {
 

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "fluid/output/aside_file.hpp"
+#include "fluid/files/atomic_file.hpp"
 
 namespace bedload {
 namespace {
@@ -38,6 +38,10 @@ std::string derived_as_comments(const DerivedNumbers& n) {
   if (n.density_ratio) line("density_ratio", *n.density_ratio, "rho_p / rho_f");
   if (n.froude) line("froude", *n.froude, "Fr = (rho_p - rho_f) g H / (rho_f u_b^2)");
   if (n.shields) line("shields", *n.shields, "S = rho_f u_tau^2 / ((rho_p - rho_f) g D)");
+  if (n.falling_reynolds)
+    line("falling_reynolds", *n.falling_reynolds, "u D / nu of a sphere that falls freely");
+  if (n.cells_per_layer)
+    line("cells_per_layer", *n.cells_per_layer, "D / (h sqrt(Re)) of it: its boundary layer");
   return text;
 }
 

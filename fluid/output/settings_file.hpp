@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "fluid/output/derived_numbers.hpp"
-#include "fluid/settings.hpp"
+#include "fluid/settings/settings.hpp"
+#include "fluid/validation/derived_numbers.hpp"
 
 namespace bedload {
 

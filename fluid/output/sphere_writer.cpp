@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <unordered_map>
 
-#include "fluid/output/agreement.hpp"
-#include "fluid/output/aside_file.hpp"
-#include "fluid/output/grown_file.hpp"
-#include "fluid/output/hdf5_file.hpp"
+#include "fluid/files/atomic_file.hpp"
+#include "fluid/files/collectively.hpp"
+#include "fluid/files/hdf5_file.hpp"
+#include "fluid/files/resumable_file.hpp"
 
 namespace bedload {
 namespace {
@@ -17,6 +18,9 @@ constexpr std::uint64_t rows_per_chunk = 1024;
 constexpr std::uint64_t metadata_room = 1 << 20;
 constexpr std::size_t largest_batch = 100000;  // rows: about 15 MB
 constexpr std::size_t xdmf_samples = 1000;     // ParaView's time slider; spheres.h5 holds all
+
+/// The samples of forces on fixed spheres, a row each.
+constexpr std::array force_columns{"fixed/force_step", "fixed/force_time", "fixed/force"};
 
 void push(std::vector<double>& column, const Vec3& value) {
   column.insert(column.end(), value.data(), value.data() + 3);
@@ -73,7 +77,8 @@ SphereWriter::SphereWriter(const std::string& folder, MPI_Comm comm,
   MPI_Comm_rank(comm, &rank);
   writes_ = rank == 0;
   on_first_rank(comm, [&] {
-    if (resume_after < 0 || !go_on(path_, [&] { resume_file(resume_after); })) create_file(spheres);
+    if (resume_after < 0 || !resume_or_set_aside(path_, [&] { resume_file(resume_after); }))
+      create_file(spheres);
     write_xdmf();
   });
 }
@@ -88,7 +93,7 @@ SphereWriter::~SphereWriter() {
 
 void SphereWriter::create_file(std::span<const SphereState> spheres) {
   require_space(path_, metadata_room + spheres.size() * 5 * sizeof(double));
-  Hdf5File file(aside_name(path_), Hdf5File::Access::create, MPI_COMM_SELF);
+  Hdf5File file(temporary_name(path_), Hdf5File::Access::create, MPI_COMM_SELF);
   std::vector<std::int64_t> tag;
   std::vector<double> position, radius;
   for (const SphereState& sphere : spheres) {
@@ -102,20 +107,26 @@ void SphereWriter::create_file(std::span<const SphereState> spheres) {
   file.write("fixed/tag", {{n}, {0}, {n}}, tag.data());
   file.write("fixed/position", {{n, 3}, {0, 0}, {n, 3}}, position.data());
   file.write("fixed/radius", {{n}, {0}, {n}}, radius.data());
+  if (n > 0) {
+    file.make_table<std::int64_t>("fixed/force_step", 0, rows_per_chunk);
+    file.make_table<double>("fixed/force_time", 0, rows_per_chunk);
+    file.make_table<double>("fixed/force", 3 * n, 1);
+  }
   file.make_group("mobile");
   columns(rows_, [&]<class T>(const char* name, std::uint64_t width, std::vector<T>&) {
     file.make_table<T>(fmt::format("mobile/{}", name), width, rows_per_chunk);
   });
   file.close();
-  put_back(path_);
+  mark_whole(path_);
 }
 
 void SphereWriter::resume_file(std::int64_t step) {
   total_rows_ = 0;
   samples_.clear();
-  take_aside(path_);
-  Hdf5File file(aside_name(path_), Hdf5File::Access::append, MPI_COMM_SELF);
+  mark_unfinished(path_);
+  Hdf5File file(temporary_name(path_), Hdf5File::Access::append, MPI_COMM_SELF);
   fixed_ = file.shape("fixed/tag")[0];
+  resume_forces(file, step);
   const std::uint64_t stored = file.shape("mobile/step")[0];
   std::vector<std::int64_t> steps(stored);
   std::vector<double> times(stored);
@@ -131,7 +142,34 @@ void SphereWriter::resume_file(std::int64_t step) {
     ++samples_.back().rows;
   }
   file.close();
-  put_back(path_);
+  mark_whole(path_);
+}
+
+void SphereWriter::resume_forces(Hdf5File& file, std::int64_t step) const {
+  if (fixed_ == 0) return;
+  const std::uint64_t stored = file.shape("fixed/force_step")[0];
+  std::vector<std::int64_t> steps(stored);
+  file.read("fixed/force_step", {{stored}, {0}, {stored}}, steps.data());
+  const auto kept = static_cast<std::uint64_t>(std::upper_bound(steps.begin(), steps.end(), step) -
+                                               steps.begin());
+  for (const char* name : force_columns) file.shorten(name, kept);
+}
+
+void SphereWriter::sample_fixed(std::int64_t step, double time, std::span<const SphereLoad> forces,
+                                bool replace) {
+  if (!writes_ || fixed_ == 0) return;
+  std::vector<double> row;
+  for (const SphereLoad& force : forces) push(row, force.force);
+  require_space(path_, metadata_room + row.size() * sizeof(double));
+  mark_unfinished(path_);
+  Hdf5File file(temporary_name(path_), Hdf5File::Access::append, MPI_COMM_SELF);
+  if (replace)
+    for (const char* name : force_columns) file.shorten(name, 0);
+  file.append<std::int64_t>("fixed/force_step", std::span(&step, 1));
+  file.append<double>("fixed/force_time", std::span(&time, 1));
+  file.append<double>("fixed/force", row);
+  file.close();
+  mark_whole(path_);
 }
 
 void SphereWriter::sample(std::int64_t step, double time, std::span<const SphereState> spheres,
@@ -164,14 +202,14 @@ void SphereWriter::flush() {
   if (!writes_ || rows_.step.empty()) return;
   const std::uint64_t rows = rows_.step.size();
   require_space(path_, metadata_room + rows * (sizeof(rows) * 19));
-  take_aside(path_);
-  Hdf5File file(aside_name(path_), Hdf5File::Access::append, MPI_COMM_SELF);
+  mark_unfinished(path_);
+  Hdf5File file(temporary_name(path_), Hdf5File::Access::append, MPI_COMM_SELF);
   columns(rows_, [&]<class T>(const char* name, std::uint64_t, std::vector<T>& column) {
     file.append<T>(fmt::format("mobile/{}", name), column);
     column.clear();
   });
   file.close();
-  put_back(path_);
+  mark_whole(path_);
   total_rows_ += rows;
   write_xdmf();
 }

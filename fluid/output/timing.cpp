@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "fluid/output/aside_file.hpp"
+#include "fluid/files/atomic_file.hpp"
 
 namespace bedload {
 

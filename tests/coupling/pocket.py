@@ -1,22 +1,23 @@
 """The small scene `pocket` with both real programs: its command line, its checkpoints, its files."""
 
 import csv
+from concurrent.futures import ThreadPoolExecutor
 
 import h5py
 import numpy as np
 
-from job import BIN, SCENES, command, run
+from programs import BIN, SCENES, command, run
 
 SCENE = SCENES / "pocket"
 
 
 def line(out, *fluid_options, ranks=(1, 1), restart=None, script=SCENE / "in.liggghts",
-         fluid_before=(), dem_before=()):
-    """`fluid_before`, `dem_before`: what stands in front of a program's name."""
+         fluid_before=(), dem_before=(), dem_more=()):
+    """`fluid_before`, `dem_before`: what stands in front of a program's name; `dem_more`: options."""
     fluid = [*fluid_before, str(BIN / "bedload-fluid"), str(SCENE / "fluid.toml"), "--out", str(out)]
     fluid += [*fluid_options, *(["--restart", str(restart)] if restart else [])]
     dem = [*dem_before, str(BIN / "bedload-dem"), "-in", str(script), "-var", "out", str(out)]
-    return command(fluid, [*dem, "-log", "none"], ranks)
+    return command(fluid, [*dem, *dem_more, "-log", "none"], ranks)
 
 
 def job(out, *fluid_options, **options):
@@ -43,7 +44,49 @@ def checkpoints(out):
 def spoken(output):
     """What the programs said of their end, one sentence each."""
     return [text for text in output.splitlines()
-            if text.startswith("bedload-") and "WARNING" not in text and "caution" not in text]
+            if text.startswith("bedload-")
+            and not any(word in text for word in ("WARNING", "NOTE", "restart: "))]
+
+
+# Two kinds of grains at random places and speeds, every 100 of LIGGGHTS' steps (fluid steps 0, 6, 13,
+# 20, 26, 33, 40, 46): no more than there is room for, so that the overlap check draws anew as well.
+INSERTION = """timestep 1e-3
+region drop block 0 4 2.2 2.95 0 2 units box
+fix one all particletemplate/sphere 15485863 atom_type 2 density constant 2.5 radius constant 0.35
+fix two all particletemplate/sphere 15485867 atom_type 2 density constant 2.4 radius constant 0.3
+fix mix all particledistribution/discrete 32452867 2 one 0.5 two 0.5
+fix rain grains insert/{} seed 32452843 distributiontemplate mix{} insert_every 100 overlapcheck yes &
+    all_in no vel {} 0.5 -1.5 0 0.1 0.1 0.1 region drop ntry_mc 10000{}
+fix fluid"""
+PACK = INSERTION.format("pack", "", "uniform", " particles_in_region 5")
+RATE = INSERTION.format("rate/region", " nparticles 30 particlerate 30", "gaussian", "")
+
+
+def changed_jobs(folder, cases, steps):
+    """Results of the scene `pocket` with changed LIGGGHTS scripts, by the names of `cases`: pairs of what is
+    replaced and what by. Four at a time: a job that is refused mostly waits for mpirun's second of grace."""
+    def run_changed(place, changes):
+        text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
+        for found, given in changes:
+            assert found in text
+            text = text.replace(found, given)
+        place.mkdir()
+        (place / "in.liggghts").write_text(text, encoding="utf-8")
+        return job(place / "out", "--steps", str(steps), script=place / "in.liggghts")
+
+    with ThreadPoolExecutor(4) as pool:
+        runs = {case: pool.submit(run_changed, folder / str(n), changes)
+                for n, (case, changes) in enumerate(cases.items())}  # fmt: skip
+    return {case: result.result() for case, result in runs.items()}
+
+
+def check_refused(result, words):
+    """One sentence, with these words in it."""
+    assert result.status != 0, result.output
+    said = spoken(result.output)
+    assert len(said) == 1, result.output
+    for word in words:
+        assert word in said[0]
 
 
 FLOOR = "wall/gran model actm tangential haff_werner primitive type 1 yplane 0.0"
@@ -97,8 +140,9 @@ def numbers(file):
 
 
 def same_numbers(a, b, but=()):
-    """Whether two files hold the same, `but` these datasets."""
+    """Whether two files hold the same, `but` these datasets and the number that each checkpoint has
+    of its own."""
     a, b = numbers(a), numbers(b)
-    for name in but:
+    for name in ("run/checkpoint_id", *but):
         a.pop(name, None), b.pop(name, None)
     return a.keys() == b.keys() and all(np.array_equal(a[name], b[name]) for name in a)

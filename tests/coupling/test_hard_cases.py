@@ -1,7 +1,7 @@
 """The quick ones of `./bedload study stability`: each hard case once, at a demanding time step."""
 
 import pytest
-from job import BIN
+from programs import BIN
 
 from bedload_launcher import job as launcher_job
 from bedload_studies.criteria import PASS
@@ -17,7 +17,7 @@ QUICK = [
     ("impact", 100.0, 0.3, "double"),
     ("impact", 5000.0, 0.3, "single"),
     ("impact_1_step", 1000.0, 0.3, "double"),
-    ("wedged", 0.8, 0.3, "double"),
+    ("wedged", 0.6, 0.3, "double"),
     ("pinned", 8.0, 0.3, "double"),
     ("cluster", 0.5, 0.3, "double"),
     ("overlap", 0.2, 0.3, "double"),
@@ -25,6 +25,11 @@ QUICK = [
     ("coarse", 6, 0.3, "double"),
     ("cfl", 1.73, 3.0, "single"),
     ("driving", -1.0, 0.3, "double"),
+    ("models", "rpm", 0.3, "double"),
+    ("light", 0.3, 0.3, "single"),
+    ("narrow", 2.0, 0.3, "double"),
+    ("plug", 4, 0.3, "double"),
+    ("heavy_fall", 100.0, 0.3, "double"),
 ]
 
 

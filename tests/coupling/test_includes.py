@@ -13,6 +13,35 @@ FORBIDDEN = {
     "liggghts_styles": ["fluid", "coupling", "tests"],
     "coupling": ["tests"],
 }
+# Rooms of a folder and those below that each may include; below them in turn is allowed as well.
+ROOMS = {
+    "fluid": {
+        "kernels": [],
+        "settings": ["kernels"],
+        "grid": ["settings"],
+        "files": ["settings"],
+        "validation": ["grid"],
+        "checkpoint": ["grid", "files"],
+        "poisson": ["grid"],
+        "immersed_boundary": ["validation", "checkpoint"],
+        "channel": ["poisson", "immersed_boundary"],
+        "statistics": ["channel"],
+        "output": ["channel"],
+    },
+    "coupling": {
+        "job": [],
+        "exchange": ["job"],
+        "bedload_fluid": ["exchange"],
+        "checkpoint": ["bedload_fluid"],
+        "bedload_dem": ["checkpoint"],
+    },
+}
+MAIN = "main.cpp"  # of a program: puts the parts of all rooms together
+
+
+def below(rooms, room):
+    """All rooms that one may include."""
+    return {room}.union(*(below(rooms, other) for other in rooms[room]))
 
 
 def includes(folder):
@@ -34,6 +63,22 @@ def test_direction(folder):
         if any(name.strip('"<>').startswith(other + "/") for other in FORBIDDEN[folder])
     ]
     assert not wrong
+
+
+@pytest.mark.parametrize("folder", ROOMS)
+def test_direction_between_rooms(folder):
+    rooms = ROOMS[folder]
+    wrong = []
+    for path, name in includes(folder):
+        if path.name == MAIN:
+            continue
+        room = path.parts[1]
+        assert room in rooms, f"{path}: a room that the test does not know"
+        found = re.match(rf'"{folder}/(\w+)/', name)
+        against = found and found[1] not in below(rooms, room)
+        if against:
+            wrong.append(f"{path} includes {name}")
+    assert not wrong, "\n".join(wrong)
 
 
 def test_the_fluid_knows_no_liggghts_and_no_partner():

@@ -8,8 +8,8 @@
 #include <functional>
 #include <string>
 
-#include "fluid/channel.hpp"
-#include "fluid/settings.hpp"
+#include "fluid/channel/channel.hpp"
+#include "fluid/settings/settings.hpp"
 #include "tests/fluid/splits.hpp"
 
 namespace bedload {
@@ -67,17 +67,20 @@ inline void disturb(Settings& s, double velocity, double amplitude) {
 template <class Real>
 void advance(Channel<Real>& channel, int steps) {
   for (int n = 0; n < steps; ++n) {
-    for (int stage = 0; stage < stage_count; ++stage) channel.advance_stage(stage);
+    for (int stage = 0; stage < stage_count; ++stage) {
+      channel.predict(stage);
+      channel.project(stage);
+    }
     channel.finish_step();
   }
 }
 
-/// The same by the three separate calls of a coupled run.
+/// The same with all planes predicted before the projection.
 template <class Real>
 void advance_in_parts(Channel<Real>& channel, int steps) {
   for (int n = 0; n < steps; ++n) {
     for (int stage = 0; stage < stage_count; ++stage) {
-      channel.predict(stage);
+      channel.predict(stage, true);
       channel.force_spheres(stage);
       channel.project(stage);
     }
@@ -132,22 +135,24 @@ double rms_error(const Channel<Real>& channel,
 /// Largest difference, over all own values and ghosts that are not beyond a wall's edge, between
 /// this rank's part of `parallel` and the same place of `whole`, which lives on this rank alone.
 template <class Real>
-double largest_difference(const Field<Real>& parallel, const Decomposition& slabs,
+double largest_difference(const Field<Real>& parallel, const Decomposition& decomposition,
                           const Field<Real>& whole, bool with_ghosts) {
   double largest = 0.0;
   const int edge = with_ghosts ? 1 : 0;
   const int all = whole.planes();
-  for (int j = -edge; j < slabs.planes() + edge; ++j) {
-    int there = slabs.first() + j;  // ghosts of the whole field's own ends are its ghosts
+  for (int j = -edge; j < decomposition.planes() + edge; ++j) {
+    int there = decomposition.first() + j;  // ghosts of the whole field's own ends are its ghosts
     there = std::clamp(there, -1, all);
-    const auto row = [&](int k) { return std::clamp(slabs.first_row() + k, -1, whole.nz()); };
-    for (int k = -edge; k < slabs.rows() + edge; ++k)
+    const auto row = [&](int k) {
+      return std::clamp(decomposition.first_row() + k, -1, whole.nz());
+    };
+    for (int k = -edge; k < decomposition.rows() + edge; ++k)
       for (int c = 0; c < parallel.components(); ++c)
         for (int i = -1; i <= parallel.nx(); ++i)
           largest = std::max(largest, std::abs(double(parallel.row(j, k, c)[i]) -
                                                double(whole.row(there, row(k), c)[i])));
   }
-  return all_max(largest, slabs.comm());
+  return all_max(largest, decomposition.comm());
 }
 
 inline int world_size() {

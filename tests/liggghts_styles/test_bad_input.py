@@ -49,6 +49,31 @@ CASES = {
         dict(settings="collisionSteps -3"),
         ["collisionSteps has to be more than 0", "-3"],
     ),
+    "two durations of a collision": (
+        dict(settings="collisionSteps 8 collisionTime 1e-2"),
+        ["collisionTime and collisionSteps both", "leave out one"],
+    ),
+    "two durations of rpm": (
+        dict(contact="model rpm", settings="range 1e-4 collisionSteps 8 collisionTime 1e-2",
+             lines=["fix weight all gravity 9.81 vector 0 -1 0"]),
+        ["model rpm: collisionTime and collisionSteps both", "leave out one"],
+    ),
+    "two durations of slip": (
+        dict(settings="slipTime 1e-4 tangentialDamping 1"),
+        ["tangentialDamping and slipTime both", "leave out one"],
+    ),
+    "no such rule": (
+        dict(settings="enduring always"),
+        ["enduring has to be one of plain, kempe_froehlich, biegert", "'always'"],
+    ),
+    "criticalStokes without its rule": (
+        dict(settings="enduring plain criticalStokes 2"),
+        ["criticalStokes has no effect", "plain"],
+    ),
+    "restingOverlap without its rule": (
+        dict(settings="enduring kempe_froehlich restingOverlap 0.01"),
+        ["restingOverlap belongs to enduring biegert"],
+    ),
     "unknown keyword": (
         dict(settings="collisionStep 10"),
         ["unknown keyword 'collisionStep'", "the nearest is 'collisionSteps'"],
@@ -79,8 +104,8 @@ CASES = {
         ["fix lubrication", "'range <value>' is missing", "couple/fluid"],
     ),
     "lubrication keyword": (
-        dict(lines=[f"{FILM} visc 1e-3"]),
-        ["unknown keyword 'visc'", "the nearest is 'viscosity'", "viscosity, range, gapMin, unresolved"],
+        dict(lines=[f"{FILM} viscos 1e-3"]),
+        ["unknown keyword 'viscos'", "the nearest is 'viscosity'", "viscosity, range, gapMin, law"],
     ),
     "two lubrications": (
         dict(lines=[f"{FILM} viscosity 1e-3 range 1e-3", "fix b all lubrication"]),

@@ -133,10 +133,8 @@ TEST(HaffWerner, CapsAndStops) {
 }
 
 TEST(Lubrication, FormulaLimitsAndStep) {
-  const double c = lubrication_coefficient(1e-3, 2e-3, 1e-4, 1e-6);
+  const double c = lubrication_strength(1e-3, 2e-3) / 1e-4;
   EXPECT_NEAR(c, 6 * std::numbers::pi * 1e-3 * 4e-6 / 1e-4, 1e-18);
-  EXPECT_EQ(lubrication_coefficient(1e-3, 2e-3, 1e-7, 1e-6),
-            lubrication_coefficient(1e-3, 2e-3, 1e-6, 1e-6));
   // One pair, exact over a step of any length: g' = a - (c/m) g.
   const double m = 0.3, a = 0.7, g0 = -0.2;
   for (const double x : {1e-8, 1e-4, 0.9e-3, 1.1e-3, 0.1, 1.0, 30.0}) {
@@ -148,6 +146,49 @@ TEST(Lubrication, FormulaLimitsAndStep) {
       EXPECT_NEAR(lubrication_step_force(c, g0, 0, dt, x) / (-c * g0), 1.0, x) << x;
     }
   }
+}
+
+// The film's impulse is 6πμR² times the integral of 1/max(ζ, ζ_min) over the gaps that were passed,
+// whatever steps they were passed in: fine ones, one that is as long as the way, any phase.
+TEST(Lubrication, StepsAddUpToTheIntegralOverTheGaps) {
+  const double smallest = 1e-6, from = 3e-4;
+  const double exact = 1 + std::log(from / smallest);
+  for (const double way : {1e-7, 2.3e-6, 1.7e-5, 2e-4}) {
+    for (const double phase : {0.0, 0.3, 0.8}) {
+      double sum = 0;
+      double gap = from - 0.5 * way;  // the middle of the first step
+      // The first interval begins at `from` sharp; the last one reaches beyond 0.
+      for (; gap > -way; gap -= way) sum += way * mean_inverse_gap(gap, way, smallest);
+      EXPECT_NEAR(sum, exact, 1e-6) << way << " " << phase;
+      const double shifted = from - phase * way;
+      sum = 0;
+      for (gap = shifted - 0.5 * way; gap > -way; gap -= way)
+        sum += way * mean_inverse_gap(gap, way, smallest);
+      const double left =
+          shifted > smallest ? 1 + std::log(shifted / smallest) : shifted / smallest;
+      EXPECT_NEAR(sum, left, 1e-6) << way << " " << phase;
+    }
+  }
+  EXPECT_EQ(mean_inverse_gap(-1e-5, 1e-6, smallest), 0);
+  EXPECT_DOUBLE_EQ(mean_inverse_gap(1e-4, 0, smallest), 1e4);
+  EXPECT_DOUBLE_EQ(mean_inverse_gap(1e-7, 0, smallest), 1e6);
+}
+
+// The measured missing forces at D/h = 12 (`./bedload study validation film`), of the film's
+// leading term: 0.776, 0.481, 0.246, 0.100, 0.026 at walls, 0.75, 0.35, 0.07 between spheres.
+TEST(Lubrication, ShareThatTheGridDoesNotResolve) {
+  const double cells[] = {0.1, 0.3, 0.6, 1.0, 2.0};
+  const double wall[] = {0.776, 0.481, 0.246, 0.100, 0.026}, pair[] = {0.75, 0.35, 0.07, 0, 0};
+  for (int n = 0; n < 5; ++n) {
+    EXPECT_NEAR(unresolved_at_wall(cells[n]), wall[n], 0.02) << cells[n];
+    EXPECT_NEAR(unresolved_of_pair(cells[n]), pair[n], 0.02) << cells[n];
+  }
+  EXPECT_EQ(unresolved_at_wall(0), 1);
+  EXPECT_EQ(unresolved_of_pair(0), 1);
+  // What the grid resolves as the surfaces meet, (1 - S)/s for s -> 0, is what it resolves in
+  // touch.
+  EXPECT_NEAR(unresolved_at_wall.linear, resolved_at_touch, 0.3);
+  EXPECT_NEAR(unresolved_of_pair.linear, resolved_at_touch, 0.3);
 }
 
 }  // namespace

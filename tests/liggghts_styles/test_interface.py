@@ -65,7 +65,7 @@ def test_values_of_a_contact_in_dump_local(tmp_path):
     tangential_haff_werner.md give; normal and tangential force there make up the force that LIGGGHTS
     shows, the calibration speed is the impact speed, both step numbers are that of the dump."""
     names = ["id1", "id2", "periodic", "fx", "fy", "fz"]
-    names += ["k", "d", "birth_overlap", "speed", "force", "step", "settling", "lost"]
+    names += ["k", "d", "birth_overlap", "speed", "force", "step", "settling", "lost", "impact"]
     names += ["hw_fx", "hw_fy", "hw_fz", "hw_step"]
     columns = " ".join(f"c_values[{n + 1}]" for n in range(len(names)))
     Scene(pair(), restitution=0.8).run(
@@ -81,6 +81,7 @@ def test_values_of_a_contact_in_dump_local(tmp_path):
     value = dict(zip(names, map(float, row.split()), strict=True))
     assert (value["id1"], value["id2"]) == (1, 2)
     assert value["step"] == value["hw_step"] == 40
+    assert value["impact"] == 1
     # The line of centres has turned by a thousandth at the first touch.
     assert value["speed"] == pytest.approx(0.1, rel=1e-3)
     assert value["k"] > 0 and value["d"] > 0 and value["birth_overlap"] == 0

@@ -83,8 +83,6 @@ def make_scene(substeps, wall="primitive"):
     return scene, cases
 
 
-
-
 def floor_stl(y, z):
     """The rectangle x = 0, 0..y, 0..z as two triangles."""
     corners = [[(0, 0), (y, 0), (y, z)], [(0, 0), (y, z), (0, z)]]
@@ -95,6 +93,7 @@ def floor_stl(y, z):
         for triangle in corners
     )
     return f"solid floor\n{facets}endsolid floor\n"
+
 
 def measure(folder, substeps, wall="primitive"):
     """Errors of rebound speed and duration, from the straight paths before and after: per collision

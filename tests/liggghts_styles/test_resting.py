@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from liggghts_script import Scene, Sphere, dump_now, kinetic_energy, read_dump
+from study_slope import drift
 
 D = 0.01
 G = 9.81
@@ -190,3 +191,18 @@ def test_rest_in_a_heap(tmp_path):
     assert len(depth) > 60
     assert 0.3 * RESTING_OVERLAP * D / 2 < np.mean(depth)
     assert np.max(depth) < RESTING_OVERLAP * D / 2 * 48 ** (2 / 3)
+
+
+@pytest.mark.parametrize(
+    "model, angle, moves",
+    [
+        ("haff_werner", 11, (5e-3, 5e-2)),
+        ("haff_werner stickAfter 20", 11, (-1e-4, 1e-4)),
+        ("haff_werner stickAfter 20", 25, (0.5, 5)),
+    ],
+)
+def test_a_slope_of_grains(tmp_path, model, angle, moves):
+    """Loose layers on a rough slope: by the published law they creep far below the angle at which they give
+    way (1.7e-2 sqrt(g D)); with static friction they stay there (what is left of settling is below 1e-4) and
+    flow above it. Table in doc/tangential_haff_werner.md."""
+    assert moves[0] < drift(tmp_path, model, 0.5, angle) < moves[1]

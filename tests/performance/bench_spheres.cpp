@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "fluid/decomposition.hpp"
-#include "fluid/spheres/immersed_boundary.hpp"
+#include "fluid/grid/decomposition.hpp"
+#include "fluid/immersed_boundary/immersed_boundary.hpp"
 
 // What the markers cost on one core: processor time per marker of each part of a stage, on the bed
 // of `bedload bench bed`, repeated along x. One line of JSON per row:
@@ -69,14 +69,14 @@ void measure(const std::string& precision, int copies, int repeats) {
   s.grid.length = {16.0 * copies, 9.0, 8.0};
   s.spheres.forcing_loops = 1;
   const Grid grid = make_grid(s);
-  const Decomposition slabs(grid, MPI_COMM_WORLD);
-  Field<Real> velocity(grid, slabs.extent(), 3);
-  for (int j = 0; j < slabs.planes(); ++j)
-    for (int k = 0; k < slabs.rows(); ++k)
+  const Decomposition decomposition(grid, MPI_COMM_WORLD);
+  Field<Real> velocity(grid, decomposition.extent(), 3);
+  for (int j = 0; j < decomposition.planes(); ++j)
+    for (int k = 0; k < decomposition.rows(); ++k)
       for (int i = 0; i < grid.cells[0]; ++i)
         velocity.row(j, k)[i] = Real(0.1) * static_cast<Real>(std::sin(0.3 * i + 0.2 * j + k));
   const auto cost = [&](bool with_mobile, auto use) {
-    ImmersedBoundary<Real> boundary(s, grid, slabs);
+    ImmersedBoundary<Real> boundary(s, grid, decomposition);
     const std::vector<SphereState> all = bed(copies, with_mobile);
     std::vector<SphereState> mobile;
     for (const SphereState& sphere : all)
@@ -87,7 +87,7 @@ void measure(const std::string& precision, int copies, int repeats) {
   const double fixed = 144.0 * copies * 316, moving = 46.0 * copies * 316;
   double fixed_loop = 0.0, all_loops = 0.0, place = 0.0, interior = 0.0;
   cost(false, [&](auto& boundary, auto&) {
-    fixed_loop = seconds_of(repeats, [&] { boundary.force(velocity, 0.01); });
+    fixed_loop = seconds_of(repeats, [&] { boundary.force(velocity, 0.01, 0.01); });
   });
   cost(true, [&](auto& boundary, auto& mobile) {
     place = seconds_of(repeats, [&] {
@@ -98,7 +98,7 @@ void measure(const std::string& precision, int copies, int repeats) {
     all_loops = seconds_of(repeats,
                            [&] {
                              boundary.start_stage(velocity);
-                             boundary.force(velocity, 0.01);
+                             boundary.force(velocity, 0.01, 0.01);
                            }) -
                 2 * before;
     interior = 2 * before;

@@ -4,6 +4,7 @@
 // started.
 
 #include <errno.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cstdint>
@@ -36,13 +37,16 @@ __attribute__((destructor)) void tell() {
   std::FILE* const file = std::fopen(name, "w");
   if (file == nullptr) return;
   const bedload::Traffic traffic = bedload::traffic();
+  struct rusage usage = {};
+  getrusage(RUSAGE_SELF, &usage);
   std::fprintf(file,
                "{\"program\": \"%s\", \"bytes\": %ld, \"bytes_at_last_message\": "
                "%ld, \"messages\": %ld, "
-               "\"bytes_sent\": %ld, \"sums\": %ld}\n",
+               "\"bytes_sent\": %ld, \"sums\": %ld, \"gathered\": %ld, \"peak_bytes\": %ld}\n",
                program_invocation_short_name, static_cast<long>(bytes),
                static_cast<long>(at_last_message), static_cast<long>(traffic.messages),
-               static_cast<long>(traffic.bytes), static_cast<long>(traffic.sums));
+               static_cast<long>(traffic.bytes), static_cast<long>(traffic.sums),
+               static_cast<long>(traffic.gathered), usage.ru_maxrss * 1024L);
   std::fclose(file);
 }
 

@@ -17,6 +17,14 @@ void count(int to, std::int64_t numbers, MPI_Datatype type, MPI_Comm comm) {
   if (bedload::after_message) bedload::after_message();
 }
 
+void count_gathered(const int numbers[], MPI_Datatype type, MPI_Comm comm) {
+  int ranks = 0, bytes = 0;
+  PMPI_Comm_size(comm, &ranks);
+  PMPI_Type_size(type, &bytes);
+  for (int from = 0; from < ranks; ++from)
+    so_far.gathered += static_cast<std::int64_t>(numbers[from]) * bytes;
+}
+
 }  // namespace
 
 const bedload::Traffic& bedload::traffic() { return so_far; }
@@ -56,6 +64,24 @@ int MPI_Allreduce(const void* mine, void* all, int numbers, MPI_Datatype type, M
                   MPI_Comm comm) {
   ++so_far.sums;
   return PMPI_Allreduce(mine, all, numbers, type, operation, comm);
+}
+
+int MPI_Allgatherv(const void* mine, int numbers, MPI_Datatype type, void* all,
+                   const int numbers_in[], const int places[], MPI_Datatype type_in,
+                   MPI_Comm comm) {
+  count_gathered(numbers_in, type_in, comm);
+  return PMPI_Allgatherv(mine, numbers, type, all, numbers_in, places, type_in, comm);
+}
+
+int MPI_Gatherv(const void* mine, int numbers, MPI_Datatype type, void* all, const int numbers_in[],
+                const int places[], MPI_Datatype type_in, int root, MPI_Comm comm) {
+  int rank = 0;
+  PMPI_Comm_rank(comm, &rank);
+  if (rank == root)
+    count_gathered(numbers_in, type_in, comm);
+  else
+    count(root, numbers, type, comm);
+  return PMPI_Gatherv(mine, numbers, type, all, numbers_in, places, type_in, root, comm);
 }
 
 }  // extern "C"

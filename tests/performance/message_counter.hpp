@@ -9,6 +9,7 @@ namespace bedload {
 /// the solver need not count.
 struct Traffic {
   std::int64_t messages = 0, bytes = 0, sums = 0;
+  std::int64_t gathered = 0;  ///< bytes that gathers put together on this rank
 };
 const Traffic& traffic();
 

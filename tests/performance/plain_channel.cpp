@@ -15,11 +15,11 @@
 #include <string>
 #include <vector>
 
-#include "fluid/channel.hpp"
-#include "fluid/errors.hpp"
-#include "fluid/runge_kutta.hpp"
-#include "fluid/settings.hpp"
-#include "fluid/spheres/sphere_file.hpp"
+#include "fluid/channel/channel.hpp"
+#include "fluid/channel/runge_kutta.hpp"
+#include "fluid/immersed_boundary/sphere_file.hpp"
+#include "fluid/settings/errors.hpp"
+#include "fluid/settings/settings.hpp"
 
 namespace bedload {
 namespace {
@@ -32,10 +32,6 @@ double seconds_per_step(const Settings& settings, const std::vector<SphereState>
   for (int n = 0; n < steps; ++n) {
     if (n == warm_up) begin = MPI_Wtime();
     for (int stage = 0; stage < stage_count; ++stage) {
-      if (spheres.empty()) {
-        channel.advance_stage(stage);
-        continue;
-      }
       channel.predict(stage);
       channel.force_spheres(stage);
       channel.project(stage);

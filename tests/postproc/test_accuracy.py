@@ -2,10 +2,9 @@
 
 import argparse
 
-from bedload_launcher import accuracy as presets
-from bedload_launcher import job
+from bedload_launcher import cost, job, presets
 from bedload_launcher.scenes import find_scene
-from bedload_studies import accuracy
+from bedload_studies import accuracy, accuracy_cases, accuracy_report
 from bedload_studies.accuracy import CASES, Point, choices, front
 from bedload_studies.accuracy_cases import Case
 from bedload_studies.validation_runs import Runner
@@ -34,9 +33,25 @@ def test_every_case_measures_every_preset_and_names_no_point_twice():
 def test_the_estimate_quotes_the_kept_study(tmp_path, monkeypatch):
     kept = tmp_path / "accuracy.csv"
     monkeypatch.setattr(presets, "MEASURED", kept)
-    assert presets.measured_errors("draft") == []
+    assert presets.measured_errors("draft", ["rebound"]) == []
     kept.write_text("case,label,error\narray_drag,preset draft,-0.0123\nrebound,preset fine,0.5\n")
-    assert presets.measured_errors("draft") == ["array drag -1.2 %"]
+    assert presets.measured_errors("draft", ["array_drag", "rebound"]) == ["array drag -1.2 %"]
+    assert presets.measured_errors("fine", ["array_drag"]) == []
+
+
+def test_only_errors_of_the_scene_s_own_physics_are_quoted():
+    assert presets.cases_like(find_scene("channel180"), None) == ["channel"]
+    assert "rebound" in presets.cases_like(find_scene("setup2_small"), "actm_hw")
+    assert "rebound" not in presets.cases_like(find_scene("setup2_small"), "rpm")
+
+
+def test_a_trial_that_does_not_run_says_why():
+    words = (
+        "a trial of bed ended with status 1: bedload-fluid: WARNING: slow.\n[..] 3 %\n"
+        "bedload-fluid: a sphere has 1.6 cells to its radius; at least 2.\n"
+    )
+    assert cost.reason(words) == "a sphere has 1.6 cells to its radius; at least 2"
+    assert cost.reason("a trial ended\nkilled.") == "killed"
 
 
 def test_again_runs_everything_again_and_what_points_share_once(tmp_path, monkeypatch):
@@ -58,6 +73,7 @@ def test_again_runs_everything_again_and_what_points_share_once(tmp_path, monkey
         return 0.1
 
     monkeypatch.setattr(Runner, "_run", start)
+    monkeypatch.setattr(accuracy_cases, "LEAST_SECONDS", 0.0)
     monkeypatch.setattr(accuracy, "write_report", lambda *_: None)
     monkeypatch.setitem(CASES, "fake", Case(error, 10, [("other", "knob", 0, {})], presets=False))
 
@@ -75,3 +91,36 @@ def test_again_runs_everything_again_and_what_points_share_once(tmp_path, monkey
     assert study("--again") == every
     (tmp_path / "report" / "accuracy.csv").unlink()  # the runs are kept, the table is made anew
     assert study() == []
+
+
+def test_a_cost_of_less_than_seconds_is_repeated(tmp_path, monkeypatch):
+    """A run that takes no time is made as often as allowed, and its median stands beside it."""
+    runs = []
+    monkeypatch.setattr(Runner, "_run", lambda self, line, scene, out: runs.append(out) or 0.1)
+    (tmp_path / "a").mkdir()
+    accuracy_cases.PricedRunner(tmp_path, job.Ranks(1, 1))._run([], "scene", tmp_path / "a")
+    assert len(runs) == accuracy_cases.MOST_REPEATS
+    assert float((tmp_path / "a" / "price.csv").read_text().split(",")[0]) < 0.5
+
+
+def test_the_figure_has_a_row_for_every_choice_and_intervals_are_told(tmp_path):
+    points = [point(f"choice {n}", 0.01 * n + 0.01, 1.0 + n) for n in range(20)]
+    accuracy_report.draw_case("case", points, {"choice 0"}, tmp_path / "case.png")
+    assert (tmp_path / "case.png").stat().st_size > 5000
+    assert accuracy_report.error_text(points[1]) == "+2.00"
+    assert accuracy_report.error_text(Point("c", "l", "k", -0.1, 1.0, 1.0, 0.03)) == "-10.00 ± 3.00"
+
+
+def test_scatter_with_the_place_on_the_grid_is_averaged_and_told(tmp_path):
+    runner = accuracy_cases.PricedRunner(tmp_path, job.Ranks(1, 1))
+    asked = []
+
+    def error(name, place):
+        asked.append((name, place))
+        runner.core_seconds += 2.0
+        return (0.01, 0.05, -0.03)[len(asked) - 1]
+
+    assert abs(accuracy_cases.over_positions(runner, "base", error) - 0.01) < 1e-12
+    assert abs(runner.interval - 0.04) < 1e-12
+    assert runner.core_seconds == 2.0
+    assert len(set(asked)) == 3

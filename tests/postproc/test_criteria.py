@@ -5,7 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from bedload_studies import criteria
+from bedload_launcher.words import end_of
+from bedload_studies import criteria, runaway, stability
 from bedload_studies.criteria import PASS, Check, worst
 from bedload_studies.hard_cases import CASES
 from bedload_studies.sphere_theory import (
@@ -15,7 +16,9 @@ from bedload_studies.sphere_theory import (
     standard_drag_coefficient,
     wet_restitution,
 )
+from bedload_studies.small_scenes import Ball, SmallScene
 from bedload_studies.trajectories import Trajectories
+from synthetic import Story, write_run
 
 DT = 0.0375  # c = 0.3 at eight cells to a diameter
 
@@ -165,7 +168,7 @@ def pressed_run(gap, film=1.0, contact=True):
     """W = 6 pi R^2 u film / max(gap, least), R = 1/2, until it touches; a rigid contact or none."""
     dt = 0.001
     weight = (criteria.PRESSED_DENSITY - 1.0) * criteria.PRESSED_GRAVITY * math.pi / 6.0
-    time = np.arange(0.0, 1.0, dt)
+    time = np.arange(0.0, 3.0, dt)
     y, v = [], []
     for _ in time:
         speed = film_speed(weight, gap, criteria.PRESSED_VISCOSITY) / film if film else 0.5
@@ -188,7 +191,7 @@ def test_pressed():
 
 def test_wedged():
     time = np.linspace(0.0, 2.0, 21)
-    for opening in (0.3, 0.95):
+    for opening in (0.1, 0.6):
         rest = criteria.resting_height(opening)
         for speed, end, passes in ((0.0, rest - 0.002, True), (-1.0, rest - 2.0, False),
                                    (0.0, rest + 0.1, False)):  # fmt: skip
@@ -283,3 +286,91 @@ def test_overlaps_see_walls_bed_and_periodic_images():
     assert made_up([0.0], [[[1.0, 3.7, 2.0]]], still[:, :1]).deepest_overlap() == pytest.approx(0.2)
     over_bed = made_up([0.0], [[[1.0, 2.0, 2.0]]], still[:, :1], bed=[[1.0, 2.0, 2.7]])
     assert over_bed.deepest_overlap() == pytest.approx(0.3)
+
+
+# --- New cases -----------------------------------------------------------------------------------------
+
+
+def stream_run(speed, deep=0.0):
+    """Two grains side by side under a stream, `deep` of one in the other."""
+    time = np.linspace(0.0, 4.0, 41)
+    velocity = np.zeros((41, 2, 3))
+    velocity[..., 0] = speed
+    return flown(time, [[1.0, 2.0, 1.0], [2.0 - deep, 2.0, 1.0]], velocity)
+
+
+@pytest.mark.parametrize(("case", "value"), [("light", 0.3), ("plug", 1)])
+def test_grains_that_go_with_the_stream(case, value):
+    for speed, deep, passes in ((0.4, 0.0, True), (0.0, 0.0, False), (-0.4, 0.0, False), (8.0, 0.0, False),
+                                (0.4, 0.3, False)):  # fmt: skip
+        assert (kind(case, value, stream_run(speed, deep)) == PASS) is passes, (speed, deep)
+
+
+def test_a_sphere_beside_its_images():
+    time = np.linspace(0.0, 2.0, 41)
+    for left, across, passes in ((0.3, 0.0, True), (1.0, 0.0, False), (0.3, 0.1, False)):
+        velocity = np.zeros((41, 1, 3))
+        velocity[:, 0, 0], velocity[:, 0, 2] = np.linspace(1.0, left, 41), across
+        run = flown(time, [[2.0, 2.0, 1.0]], velocity, box=(4.0, 4.0, 2.0))
+        assert (kind("narrow", 2.0, run) == PASS) is passes
+
+
+def test_a_heavy_fall():
+    """Falls half a diameter under g = 100 and stays; goes through the wall; is thrown up again and again."""
+    time = np.arange(0.0, 0.4, 1e-3)
+    fall = np.maximum(1.0 - 50.0 * 0.9 * time**2, 0.5)
+    speed = np.where(fall > 0.5, -90.0 * time, 0.0)
+    for y, v, passes in ((fall, speed, True), (1.0 - 45.0 * time**2, -90.0 * time, False),
+                         (fall, np.where(fall > 0.5, -90.0 * time, 6.0), False)):  # fmt: skip
+        zero = np.zeros(len(time))
+        place = np.stack([zero + 1.5, y, zero + 1.5], axis=1)
+        run = made_up(time, place, np.stack([zero, v, zero], axis=1), box=(3.0, 4.0, 3.0))
+        assert (kind("heavy_fall", 100.0, run) == PASS) is passes
+
+
+def test_every_case_ends_at_one_time_whatever_its_step():
+    for case in CASES.values():
+        if not case.long:
+            ends = {case.scene(case.values[0], dt).end for dt in (0.01, 0.02)}
+            assert len(ends) == 1 or case.name == "heavy_fall", case.name
+
+
+# --- A run that was stopped ---------------------------------------------------------------------------
+
+
+def test_what_a_case_explains():
+    ball = Ball((2.0, 2.0, 2.0), velocity=(3.0, 0.0, -4.0), spin=(0.0, 2.0, 0.0))
+    scene = SmallScene((4.0, 5.0, 4.0), 8, 0.1, 0.1, 1.0, [ball], gravity=0.4, keys={"start.velocity": "-2.0"})
+    assert runaway.explained_speed(scene) == pytest.approx(5.0 + 1.0 + 3.0 * 2.0 + 2.0)
+
+
+def test_a_growing_swing_is_no_honest_stop():
+    steps = np.arange(12)
+    for growth, sign, found in ((1.5, -1.0, True), (0.7, -1.0, False), (1.5, 1.0, False)):
+        velocity = np.zeros((12, 1, 3))
+        velocity[:, 0, 1] = 0.01 * growth**steps * sign**steps
+        assert runaway.growing_swing(velocity, 0.05) is found
+    assert not runaway.growing_swing(velocity[:4], 0.0)
+    flow = 2.0 ** np.arange(12)
+    assert runaway.growing_flow(flow) and not runaway.growing_flow(1.0 + 0.01 * flow[:12] / flow[-1])
+
+
+@pytest.mark.parametrize(("fastest", "verdict"), [(1.0, ""), (20.0, "times the speed that the case explains")])
+def test_a_stopped_run_is_judged_by_its_grains(tmp_path, fastest, verdict):
+    story = Story().piece(1.0, velocity=(fastest, 0.0, 0.0))
+    folder = write_run(tmp_path / "run", story)
+    scene = SmallScene((16.0, 9.0, 8.0), 5, 0.1, 0.1, 1.0, [Ball((1.0, 1.5, 4.0), velocity=(1.0, 0.0, 0.0))])
+    why = runaway.without_cause(folder, scene)
+    assert (verdict in why) if verdict else why == ""
+
+
+def test_verdicts_are_counted():
+    cells = [stability.Cell("a", "1", 0.1, "double", kind) for kind in ("pass", "pass", "stopped")]
+    assert stability.counted(cells) == "3 runs: 2 pass, 0 inaccurate, 0 unstable, 1 stopped, 0 refused"
+
+
+def test_warnings_are_no_ends():
+    remarks = "bedload-fluid: caution: heavy\nbedload-dem: NOTE: 10 steps\nbedload-fluid: WARNING: slow\n"
+    said = f"{remarks}bedload-fluid: step 3 (t = 1): the CFL"
+    assert end_of(said) == "bedload-fluid: step 3 (t = 1): the CFL"
+    assert end_of("nothing") == ""

@@ -44,8 +44,9 @@ def test_lubrication_is_taken_off_before_the_grains_move(make, tmp_path):
 
 
 def test_lubrication_is_offered_where_there_is_some(tmp_path):
-    settings = {"fluid": {}, "spheres": {"forcing_loops": 1}, "time": {"cfl": 0.0},
-                "accuracy": {"precision": "double"}}  # fmt: skip
+    settings = {"fluid": {}, "spheres": {"forcing_loops": 1, "pressure_share": 0.0}, "time": {"cfl": 0.0},
+                "accuracy": {"precision": "double"}, "statistics": {"every": 0},
+                "coupling": {"dem_steps": 15, "exchange": "stage"}}  # fmt: skip
     scene = own_scene(tmp_path, "mine")
     text = (scene.folder / "models" / "rpm.liggghts").read_text()
     mine = scene.folder / "models" / "mine.liggghts"

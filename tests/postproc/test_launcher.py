@@ -1,5 +1,6 @@
 """The launcher: names, ranks, output folders, the mpirun line, signals and status."""
 
+import fcntl
 import os
 import signal
 import stat
@@ -10,8 +11,9 @@ import time
 from pathlib import Path
 
 import pytest
-from bedload_launcher import accuracy, cli, job, machine, scenes, studies
+from bedload_launcher import cli, folders, job, machine, presets, runs, scenes, studies
 from bedload_launcher.errors import UserError
+from bedload_launcher.words import plain
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -100,34 +102,80 @@ def test_no_liggghts_without_a_script(tmp_path):
     assert not any("bedload-dem" in word for word in line)
 
 
-def test_an_earlier_run_moves_aside_and_nothing_else_is_touched(tmp_path):
+def claimed(out):
+    """Takes the folder, makes room, and gives it up."""
+    with folders.Folder(out) as folder:
+        return folder.make_room()
+
+
+def test_an_earlier_run_moves_aside_and_nothing_is_removed(tmp_path):
     out = tmp_path / "runs" / "bed"
-    cli.claim_output(out)  # not there: nothing to do
-    for mark in ("first", "second"):
-        out.mkdir(parents=True, exist_ok=True)
-        (out / "settings.toml").write_text(mark)
-        cli.claim_output(out)
-        assert not out.exists()
-        assert (tmp_path / "runs" / "bed.previous" / "settings.toml").read_text() == mark
-    out.mkdir()
+    assert claimed(out) is None  # not there: nothing to do
+    names = ["bed.previous", "bed.previous2", "bed.previous3"]
+    for mark, name in enumerate(names):
+        (out / "settings.toml").write_text(str(mark))
+        (out / "history.csv").write_text("step,time\n1,0.1\n")
+        assert claimed(out) == out.with_name(name)
+        assert [file.name for file in out.iterdir()] == [folders.LAUNCH]
+    assert [(out.with_name(n) / "settings.toml").read_text() for n in names] == ["0", "1", "2"]
     (out / "thesis.tex").touch()
     with pytest.raises(UserError, match="holds no earlier run"):
-        cli.claim_output(out)
+        claimed(out)
     assert (out / "thesis.tex").exists()
 
 
+def test_a_start_that_failed_is_taken_over(tmp_path):
+    (tmp_path / "settings.toml").touch()
+    (tmp_path / "log.liggghts").touch()
+    (tmp_path / "history.csv").write_text("step,time\n")  # its head, no row
+    assert claimed(tmp_path) is None
+    (tmp_path / "checkpoint_00000010").mkdir()
+    assert claimed(tmp_path) == tmp_path.with_name(tmp_path.name + ".previous")
+
+
+def test_a_folder_in_use_is_refused_with_the_name_of_who_has_it(tmp_path):
+    out = tmp_path / "bed"
+    with folders.Folder(out) as folder:
+        folder.note(folders.Launch("/scenes/bed", began="noon", host="here", process=17))
+        with pytest.raises(UserError, match="process 17 on here, since noon; wait"):
+            claimed(out)
+    assert claimed(out) is None  # given up
+    # The programs' own lock, whoever started them.
+    (out / "run.lock").write_text("host = far\nprocess = 5\njob = SLURM_JOB_ID 3\n")
+    assert claimed(out) is None  # a file that nobody holds
+    with (out / "run.lock").open() as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        with pytest.raises(UserError, match="process 5 on far, job SLURM_JOB_ID 3; wait"):
+            claimed(out)
+
+
+def test_a_second_run_of_a_scene_leaves_the_first_alone(tmp_path, started, monkeypatch):
+    out, errors = tmp_path / "out", []
+
+    def second(line, folder):
+        if not errors:
+            errors.append("")
+            with pytest.raises(UserError, match="another `./bedload run` writes") as refused:
+                cli.run(cli.parse(["run", "exposed_sphere", "--out", str(out)]))
+            errors.append(str(refused.value))
+        return 3
+
+    monkeypatch.setattr(job, "run", second)
+    (tmp_path / "out").mkdir()
+    assert cli.run(cli.parse(["run", "exposed_sphere", "--out", str(out)])) == 3
+    assert str(os.getpid()) in errors[1]
+    assert not out.with_name("out.previous").exists()
+
+
 def test_a_restart_never_removes_or_invents_the_run_that_it_names(tmp_path):
-    out, previous = tmp_path / "bed", tmp_path / "bed.previous"
+    previous = tmp_path / "bed.previous"
     checkpoint = previous / "checkpoint_00000100"
     checkpoint.mkdir(parents=True)
     for restart in (previous, checkpoint):
-        with pytest.raises(UserError, match="go on without --out"):
-            cli.check_restart(restart, out)
-        cli.check_restart(restart, previous)
-        cli.check_restart(restart, tmp_path / "other")
+        runs.check_restart(restart)
     for wrong in (tmp_path / "bed.pervious", tmp_path, previous / "checkpoint_00000200"):
         with pytest.raises(UserError, match="neither a checkpoint nor a run"):
-            cli.check_restart(wrong, out)
+            runs.check_restart(wrong)
     line = ["run", "exposed_sphere", "--restart", tmp_path / "bed.pervious"]
     done = subprocess.run(
         ["/usr/bin/python3", "-I", "-B", ROOT / "postproc" / "launch.py", *line],
@@ -142,26 +190,91 @@ def test_a_restart_never_removes_or_invents_the_run_that_it_names(tmp_path):
 def started(monkeypatch):
     """The mpirun lines that `./bedload run` would have started, each of which ends with status 3."""
     lines = []
-    monkeypatch.setattr(cli, "build", lambda _: None)
+    monkeypatch.setattr(runs, "build", lambda _: None)
     monkeypatch.setattr(job, "run", lambda line, folder: lines.append(line) or 3)
     return lines
 
 
-def test_a_restart_takes_the_model_from_the_run(tmp_path, started, capsys):
+def values_of(line, option):
+    return [line[n + 1] for n, word in enumerate(line) if word == option]
+
+
+def test_a_restart_is_told_what_the_run_was_told(tmp_path, started, capsys):
     out = tmp_path / "out"
-    line = ["run", "exposed_sphere", "--var", "hold=1", "--set", "time.end=7"]
+    told = ["--accuracy", "draft", "--var", "density=1.3", "--var", "hold=1",
+            "--set", "time.end=7", "--set", "checkpoint.every=2"]  # fmt: skip
+    first = ["run", "setup2_small", "--model", "rpm", *told, "--out", str(out)]
     for _ in range(2):  # the first one never began: nothing moves aside, nothing is in the way
-        cli.run(cli.parse([*line, "--model", "rpm", "--out", str(out)]))
+        cli.run(cli.parse(first))
     assert "go on with" not in capsys.readouterr().err  # no checkpoint yet
     last = out / "checkpoint_00000100"
     last.mkdir()
-    for more, model in (([], "rpm"), (["--model", "actm"], "actm"), ([], "actm")):
-        cli.run(cli.parse([*line, *more, "--restart", str(last if more else out)]))
-        assert started[-1][started[-1].index("model") + 1] == model
-        assert f"go on with --set time.end=7 --var hold=1 --restart {last}" in capsys.readouterr().err
-    (out / "model.txt").unlink()  # of a run that was not started here: the script's own
-    cli.run(cli.parse([*line, "--restart", str(out)]))
+    for more, where in ((["--set", "time.end=9", "--var", "hold=0"], out), ([], last), (["--model", "actm"], out)):
+        cli.run(cli.parse(["run", "--restart", str(where), *more]))
+        line = started[-1]
+        assert line[line.index("model") + 1] == ("actm" if "--model" in more else "rpm")
+        assert "time.end=9" in line and "time.end=7" not in line  # the second time from the first restart
+        assert "checkpoint.every=2" in line and "spheres.forcing_loops=1" in line
+        assert line[line.index("hold") + 1] == "0" and line[line.index("density") + 1] == "1.3"
+        said = capsys.readouterr()
+        assert "with --accuracy draft --set checkpoint.every=2 --set time.end=9 --var density=1.3" in said.out
+        assert f"go on with --restart {last}" in said.err
+    (out / folders.LAUNCH).unlink()  # of a run that was not started here: the script's own
+    cli.run(cli.parse(["run", "setup2_small", "--restart", str(out)]))
     assert started[-1][started[-1].index("model") + 1] == "actm_hw"
+    assert "time.end=9" not in started[-1]
+
+
+def test_blanks_in_a_path_do_not_reach_the_script(tmp_path):
+    scene = scene_in(tmp_path / "my scenes" / "bed")
+    inside = job.script_path(tmp_path / "my scenes" / "out", scene.folder)
+    assert inside == "../out"
+    outside = job.script_path(tmp_path / "new\nline 2", scene.folder)
+    assert job.readable(outside) and Path(outside).is_symlink()
+    assert os.readlink(outside) == str(tmp_path / "new\nline 2")
+    assert job.script_path(tmp_path / "plain", scene.folder) == str(tmp_path / "plain")
+    line = job.Job(scene, None, job.Ranks(1, 1), tmp_path / "my scenes" / "out").command()
+    assert line[line.index("out") + 1] == "../out"
+    assert line[line.index("--out") + 1] == str(tmp_path / "my scenes" / "out")
+
+
+def test_names_do_not_command_the_terminal():
+    assert plain("bed \x1b[31mred\x07\n") == "bed ?[31mred??"
+    assert plain("Re_τ of 5 m³") == "Re_τ of 5 m³"
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGQUIT])
+def test_nothing_runs_on_when_the_launcher_is_killed(tmp_path, number):
+    """A job that notes its number and would sleep for a minute; SIGTERM ends it, as it does mpirun."""
+    code = (
+        f"import sys; sys.path.insert(0, {str(ROOT / 'postproc')!r})\n"
+        "from pathlib import Path\n"
+        "from bedload_launcher import job\n"
+        f"job.run(['sh', '-c', 'echo $$ > pid; exec sleep 60'], Path({str(tmp_path)!r}))\n"
+    )
+    launcher = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.DEVNULL)
+    pid = tmp_path / "pid"
+    wait_for(lambda: pid.exists() and pid.read_text().strip())
+    running = Path("/proc") / pid.read_text().strip()
+    wait_for(lambda: b"sleep" in (running / "cmdline").read_bytes())
+    launcher.send_signal(number)
+    launcher.wait()
+    wait_for(lambda: ended(running))
+
+
+def ended(process):
+    """Of a folder in /proc: whether its process is gone, or dead and nobody has asked for it yet."""
+    try:
+        return "\tZ" in (process / "status").read_text()
+    except OSError:
+        return True
+
+
+def wait_for(condition, seconds=30.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
 
 
 def test_status_and_signals_pass_through(tmp_path):
@@ -185,8 +298,9 @@ def test_status_and_signals_pass_through(tmp_path):
     assert signal.getsignal(signal.SIGUSR1) == signal.SIG_DFL
 
 
-def bare_system(tmp_path, installed):
-    """A copy of the launcher in a tree of its own, and stand-ins for dpkg-query, id and apt-get."""
+def bare_system(tmp_path, installed, arguments=("run",)):
+    """What apt-get is called with by a copy of the launcher in a tree of its own, with stand-ins for dpkg-query,
+    id and apt-get."""
     programs = tmp_path / "programs"
     programs.mkdir()
     log = tmp_path / "apt.log"
@@ -201,15 +315,18 @@ def bare_system(tmp_path, installed):
         file.chmod(file.stat().st_mode | stat.S_IXUSR)
     house = tmp_path / "house"
     (house / "postproc").mkdir(parents=True)
-    (house / "postproc" / "launch.py").write_text("print('handed over')\n")
+    (house / "postproc" / "launch.py").write_text(
+        "import os, sys\n"
+        "known = sys.argv[1] == 'run'\n"
+        "if 'BEDLOAD_ONLY_READ' in os.environ: sys.exit(10 if known else 2)\n"
+        "print('handed over')\n"
+    )
     text = (ROOT / "bedload").read_text()
     # The launcher puts the system's folders first; here the stand-ins come before them.
     text = text.replace('export PATH="', f'export PATH="{programs}:')
     (house / "bedload").write_text(text)
-    done = subprocess.run(
-        ["bash", house / "bedload", "run"], capture_output=True, text=True, check=True
-    )
-    assert done.stdout == "handed over\n"
+    done = subprocess.run(["bash", house / "bedload", *arguments], capture_output=True, text=True)
+    assert (done.stdout == "handed over\n") == (done.returncode == 0)
     return log.read_text().splitlines() if log.exists() else []
 
 
@@ -227,6 +344,10 @@ def test_only_missing_packages_are_installed(tmp_path):
     assert len(calls) == 2
     assert calls[0].endswith("update")
     assert calls[1].endswith("clang xvfb")
+
+
+def test_nothing_is_installed_for_a_line_that_is_not_understood(tmp_path):
+    assert bare_system(tmp_path, [], ["rnu"]) == []
 
 
 def test_nothing_is_asked_of_apt_when_all_is_there(tmp_path):
@@ -247,7 +368,7 @@ def test_a_preset_keeps_proportions_and_courant_number(tmp_path):
     (scene.folder / "fluid.toml").write_text(
         "[grid]\ncells = [160, 90, 80]\nlength = [16.0, 9.0, 8.0]\n[time]\nstep = 0.04\n"
     )
-    settings = accuracy.settings_of("draft", scene, ["time.end=1"])
+    settings = presets.settings_of("draft", scene, ["time.end=1"])
     assert settings == [
         'accuracy.precision="single"', "spheres.forcing_loops=1", "grid.cells=[128, 72, 64]",
         "time.step=0.05", "time.end=1",
@@ -255,25 +376,25 @@ def test_a_preset_keeps_proportions_and_courant_number(tmp_path):
     # The script hears of the new cell, else rpm would start its grain at the wrong height.
     line = job.Job(scene, "rpm", job.Ranks(1, 1), tmp_path / "o", settings).command()
     assert line[line.index("cell") - 1 : line.index("cell") + 2] == ["-var", "cell", "0.125"]
-    assert accuracy.settings_of("standard", scene, []) == ['accuracy.precision="double"']
-    assert accuracy.settings_of(None, scene, ["a=1"]) == ["a=1"]
+    assert presets.settings_of("standard", scene, []) == ['accuracy.precision="double"']
+    assert presets.settings_of(None, scene, ["a=1"]) == ["a=1"]
     with pytest.raises(UserError, match="no accuracy 'fin'; the nearest is 'fine'"):
-        accuracy.settings_of("fin", scene, [])
+        presets.settings_of("fin", scene, [])
 
 
 def test_a_grid_that_no_other_matches_has_no_preset(tmp_path):
     scene = scene_in(tmp_path / "s")
     (scene.folder / "fluid.toml").write_text("[grid]\ncells = [97, 53, 31]\nlength = [97, 53, 31]\n")
     with pytest.raises(UserError, match="97 x 53 x 31 cells, which no grid near 0.8"):
-        accuracy.settings_of("draft", scene, [])
+        presets.settings_of("draft", scene, [])
 
 
 def test_variables_of_included_scripts_may_be_set():
     scene = scenes.find_scene("setup2_small")
-    given = ["density=1.3", "lubrication_settings=unresolved 0.65"]
+    given = ["density=1.3", "lubrication_settings=gapMin 0.002"]
     assert scenes.read_variables(scene, "actm_hw", given) == {
         "density": "1.3",
-        "lubrication_settings": "unresolved 0.65",
+        "lubrication_settings": "gapMin 0.002",
     }
     # rpm has no lubrication: LIGGGHTS itself would take the variable and forget it.
     with pytest.raises(UserError, match="there is no variable of setup2_small.*lubrication_settings"):

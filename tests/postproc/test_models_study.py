@@ -8,7 +8,8 @@ import pytest
 from bedload_launcher import job
 from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import find_scene
-from bedload_studies import models
+from bedload_post.outputs import Run
+from bedload_studies import made_by, models
 from synthetic import wandering_story, write_run
 
 
@@ -22,24 +23,82 @@ def test_setup2_has_one_run_a_model(tmp_path):
     asked = options("--out", str(tmp_path))
     runs = models.members(asked, find_scene("setup2_small"))
     assert [m.out.name for m in runs] == [
-        f"setup2_small-{m}" for m in ("rpm", "rpm_hw", "actm", "actm_hw")
+        f"setup2_small-{m}" for m in ("bed", "rpm", "rpm_hw", "actm", "actm_hw")
     ]
-    assert all(m.overrides({}) == [] and m.variables() == {} for m in runs)
+    assert all(m.overrides({}) == [] for m in runs)
+    assert [m.variables() for m in runs] == [{"placing": "none"}, {}, {}, {}, {}]
+    alone = models.members(options("--no-bed"), find_scene("setup2_small"))
+    assert [m.model for m in alone] == ["rpm", "rpm_hw", "actm", "actm_hw"]
 
 
-def test_setup1_has_three_densities_at_one_froude_number(tmp_path):
+def test_setup1_varies_the_density_alone(tmp_path):
     scene = find_scene("setup1_small")
     runs = models.members(options("--scene", "setup1_small", "--out", str(tmp_path)), scene)
     assert len(runs) == 12
     settings = models.settings_of(scene, [])
+    # g D/u_b^2 of Setup II's grains and fluid: 1.1 (Re_D,II/Re_D,I)^2, Re_D = u_b D/nu.
+    same = 1.1 * ((3010 / 9) / (4449 / 12)) ** 2
+    assert settings["fluid"]["gravity"] == [0.0, pytest.approx(-same, rel=5e-4), 0.0]
+    assert float(scene.variables()["gravity"]) == -settings["fluid"]["gravity"][1]
     for member in runs:
-        words = dict(text.split("=") for text in member.overrides(settings))
-        density = float(words["reference.sphere_density"])
-        gravity = -float(words["fluid.gravity"].strip("[]").split(",")[1])
-        # Fr = (rho_p - rho_f) g H/(rho_f u_b^2) with H = 12
-        assert (density - 1.0) * gravity * 12.0 == pytest.approx(1.98, rel=1e-12)
-        assert float(member.variables()["density"]) == density
+        assert member.overrides(settings) == [f"reference.sphere_density={member.density}"]
+        assert member.variables() == {"density": repr(member.density)}
     assert {m.density for m in runs} == {1.25, 1.75, 2.25}
+    light = models.members(options("--scene", "setup1_small", "--gravity", "0.66"), scene)[0]
+    assert "fluid.gravity=[0.0, -0.66, 0.0]" in light.overrides(settings)
+    assert light.variables()["gravity"] == "0.66"
+
+
+def test_cells_refine_the_same_scene():
+    """Twice the cells, half the step: 26 x 10 x 13 D."""
+    scene = find_scene("setup2_small")
+    asked = options("--cells", "20", "--flow-throughs", "10", "--discard", "2", "--set", "time.end=3")
+    words = models.asked_settings(asked, scene)
+    assert words == [
+        "grid.cells=[520, 200, 260]", "time.step=0.0325", "time.end=312.0", "statistics.from=52.0",
+        "time.end=3",
+    ]  # fmt: skip
+    assert models.asked_settings(options(), scene) == []
+
+
+def test_records_of_different_makers_are_not_mixed(tmp_path):
+    made = {"commit": "a1", "programs": "p", "scene": "s", "model": "rpm"}
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        made_by.note(tmp_path / name, made)
+        made_by.note(tmp_path / name, made)  # goes on
+    outs = [tmp_path / "one", tmp_path / "two"]
+    assert made_by.of_all(outs) == "a1"
+    with pytest.raises(UserError, match="one was begun with the programs p, and this is q"):
+        made_by.note(outs[0], made | {"programs": "q"})
+    with pytest.raises(UserError, match="the commit a1, and this is b2.*--other-commit goes on"):
+        made_by.note(outs[0], made | {"commit": "b2"})
+    made_by.note(outs[0], made | {"commit": "b2"}, other_commit=True)
+    with pytest.raises(UserError, match="differ in the commit.*one: a1, b2; two: a1"):
+        made_by.of_all(outs)
+    assert made_by.of_all(outs, other_commit=True) == "a1, b2, a1"
+
+
+def test_grains_begin_where_an_earlier_run_left_them(tmp_path, started):
+    """Tags behind the bed's spheres; flow and grains of the run of the same name."""
+    before, now = tmp_path / "before", tmp_path / "now"
+    old = Run(write_run(before / "setup2_small-actm", wandering_story()))
+    scene = find_scene("setup2_small")
+    member = models.members(options("--out", str(now), "--models", "actm", "--no-bed"), scene)[0]
+    ranks = job.Ranks(1, 1)
+    with pytest.raises(UserError, match="setup2_small-actm there has no state.h5"):
+        models.run_member(member, ranks, [], before)
+    (old.folder / "state.h5").touch()
+    models.run_member(member, ranks, [], before)
+    line = started[-1]
+    assert f'start.file="{old.folder / "state.h5"}"' in line
+    assert line[line.index("placing") + 1] == "placed"
+    text = (now / "setup2_small-actm" / "grains.liggghts").read_text().splitlines()
+    bed = len(old.fixed_spheres()[1])
+    last = [*old.sample_blocks()][-1]
+    assert [float(word) for word in text[1].split()[3:6]] == pytest.approx(last.position[-1], abs=1e-15)
+    assert text[2].split()[:3] == ["set", "atom", str(bed + 1)]
+    assert len(text) == 3
 
 
 def test_floating_grains_are_refused(tmp_path):
@@ -96,7 +155,7 @@ def started(monkeypatch):
 
 def test_runs_start_are_skipped_and_go_on(tmp_path, started):
     scene = find_scene("setup2_small")
-    member = models.members(options("--out", str(tmp_path), "--models", "actm"), scene)[0]
+    member = models.members(options("--out", str(tmp_path), "--models", "actm", "--no-bed"), scene)[0]
     ranks = job.Ranks(1, 1)
     models.run_member(member, ranks, ["time.end=5"])
     assert "--restart" not in started[-1]
@@ -120,7 +179,7 @@ def test_runs_start_are_skipped_and_go_on(tmp_path, started):
 
 
 def test_hours_are_those_of_all_parts(tmp_path):
-    member = models.members(options("--out", str(tmp_path), "--models", "actm"),
+    member = models.members(options("--out", str(tmp_path), "--models", "actm", "--no-bed"),
                             find_scene("setup2_small"))[0]  # fmt: skip
     out = write_run(member.out, wandering_story())
 
@@ -137,13 +196,16 @@ def test_hours_are_those_of_all_parts(tmp_path):
         (out / "timing.csv").write_text(text)
         assert (out / f"log.part{part}.liggghts").is_file()
     assert clock() == "4.08"
+    (out / "made_by.json").write_text('{"ranks": "3:2"}')
+    told = models.circumstances([member], job.Ranks(1, 1))
+    assert told["ranks of each run"] == "3 of the fluid, 2 of LIGGGHTS"
+    assert told["core-hours of the fluid's ranks"] == "12.25"
+    (out / "made_by.json").unlink()
     (out / "timing.part2.csv").unlink()  # of a part that was killed
     assert clock() == "more than 2.08"
 
 
 def Run_end(folder):
-    from bedload_post.outputs import Run
-
     return Run(folder).history()["time"][-1]
 
 
@@ -154,3 +216,13 @@ def test_variables_reach_the_script(tmp_path):
     line = work.command()
     assert line[line.index("density") - 1 : line.index("density") + 2] == ["-var", "density", "1.75"]
     assert line.index("density") > line.index(":")
+
+
+def test_friction_of_the_bed_is_the_driving_force(tmp_path):
+    """0.004 over a depth of 8 in the made-up run: u_tau^2 = 0.032, nu = 2.6578e-3; S with g' D = 0.25 x 0.99."""
+    made_up = Run(write_run(tmp_path / "bed", wandering_story()))
+    bed = models.measured_bed(made_up, 0.0)
+    assert bed.u_tau == pytest.approx(np.sqrt(0.032), rel=1e-12)
+    assert bed.reynolds == pytest.approx(np.sqrt(0.032) * 8 / 2.6578e-3, rel=1e-12)
+    assert bed.shields(made_up) == pytest.approx(0.032 / (0.25 * 0.99), rel=1e-9)
+    assert bed.source.endswith(f"second half {bed.reynolds:.0f}")

@@ -55,8 +55,24 @@ def test_every_number_of_the_models_report(run):
     exact = {
         "model": "rpm", "grains": 1, "jumps": 2, "batches": 4, "interval_too_narrow": True,
         "u_tau_from": "driving force times depth",
+        # Four touches and the second rest, at speed 0 in the made-up table, which lacks overlaps; no log.
+        "collisions": 5, "collisions_below_stokes_1": 1.0, "collisions_below_stokes_5": 1.0,
+        "stokes_quantiles": [0.0] * 3, "duration_quantiles": [None] * 3, "overlap_quantiles": [None] * 3,
+        "scales": {}, "velocity_drifts": False, "resting_drifts": False,
     }  # fmt: skip
+    t_1 = 12.706 / np.sqrt(2)  # t_{0.975, 1}/sqrt(2): halves have two batches
     near = {
+        "cells_per_diameter": 2 / (16 / 80),
+        "mean_height_interval": 3.182 * np.std([0, 2 / 9, 0.2 / 3, 0], ddof=1) / 2 / 2,
+        "mean_jump_height_interval": 1.96 * np.std([0.25, 0.15], ddof=1) / np.sqrt(2),
+        "share_moving": 5 / 12,
+        "share_moving_interval": 3.182 * np.std([0, 1, 2 / 3, 0], ddof=1) / 2,
+        "velocity_halves": [3.6 / 6 / 3, 1.9 / 6 / 3],
+        "velocity_halves_interval": t_1 * np.hypot(
+            np.std([0, 0.4], ddof=1), np.std([1.9 / 9, 0], ddof=1)
+        ),
+        "resting_halves": [3 / 6, 4 / 6],
+        "resting_halves_interval": t_1 * np.hypot(np.std([1, 0], ddof=1), np.std([1 / 3, 1], ddof=1)),
         "density_ratio": 1.4,
         "flow_throughs": 12 / THROUGH,
         "discarded_flow_throughs": SINCE / THROUGH,
@@ -82,10 +98,32 @@ def test_every_number_of_the_models_report(run):
     # Parabolas of height h for a time T: int y = 2/3 h T, int y^2 = 8/15 h^2 T; y = 3 otherwise.
     mean = (2 / 3) * (0.5 * 2 + 0.3) / 12
     spread = np.sqrt((8 / 15) * (0.5**2 * 2 + 0.3**2) / 12 - mean**2)
-    bins = {"mean_height": (3 + mean) / 2, "spread_of_height": spread / 2}  # y/D in bins of 0.02
+    near["mean_height"] = (3 + mean) / 2
+    # Ten parts of 1.2: the jumps fill the fourth and fifth, and end in the sixth and seventh.
+    time = (np.arange(12_000) + 0.5) / 1000
+    rise = np.zeros_like(time)
+    for begin, lasts, height in ((4, 2, 0.5), (7, 1, 0.3)):
+        s = (time - begin) / lasts
+        rise += np.where((s > 0) & (s < 1), 4 * height * s * (1 - s), 0.0)
+    parts = ((rise - mean) ** 2).reshape(10, -1).mean(axis=1)
+    half = 2.262 * np.std(parts, ddof=1) / np.sqrt(10) / (2 * spread)
+    bins = {  # y/D in bins of 0.02, spins in bins of 0.025
+        "spread_of_height": spread / 2, "spread_of_height_interval": half / 2,
+        # While jumping 0.9 for 2 and 0.3 for 1, in four of the parts, times D/u_b = 2/3.
+        "jumping_spin": (0.6 * 2 + 0.2) / 3,
+        # At y/D = 1.53 the first jump dwells 0.0853, the second 0.0746; above both the first alone.
+        "spin_next_to_bed": (-0.9 * 0.0853 + 0.3 * 0.0746) / 0.1599 * 2 / 3, "spin_peak_height": 1.53,
+        "spin_above": -0.6,
+    }  # fmt: skip
+    # A bin of 0.025 off at either end: 3.182 * 0.577 * 0.0125 in the half width.
+    assert found.pop("jumping_spin_interval") == pytest.approx(
+        3.182 * np.std([0.6, 0.6, 0.2, 0.2], ddof=1) / 2, abs=0.03
+    )
     assert {name: found[name] for name in exact} == exact
-    assert {name: found[name] for name in near} == pytest.approx(near, rel=0.012)
-    assert {name: found[name] for name in bins} == pytest.approx(bins, abs=0.0101)
+    for name, value in near.items():
+        assert found[name] == pytest.approx(value, rel=0.012), name
+    for name, value in bins.items():
+        assert found[name] == pytest.approx(value, abs=0.0126 if "spin" in name else 0.0101), name
     assert exact.keys() | near.keys() | bins.keys() == found.keys()
 
 

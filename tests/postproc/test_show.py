@@ -8,7 +8,7 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from bedload_post import film, path, picture, states, summary
+from bedload_post import film, kept_page, path, picture, states, summary
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import MissingOutput, Run
 from synthetic import wandering_story, write_run
@@ -174,3 +174,14 @@ def test_everything_is_shown(folder):
     track = matplotlib.image.imread(folder / "path.png")
     assert track.shape[1] > 1200
     assert track.std() > 0.05
+
+
+def test_a_folder_of_kept_results_becomes_a_page(tmp_path):
+    (tmp_path / "README.md").write_text("# Drag <of> spheres\n")
+    (tmp_path / "drag.csv").write_text("Re,C_d\n10,4.3\n")
+    assert kept_page.is_kept(tmp_path)
+    page = kept_page.write(tmp_path).read_text()
+    assert "# Drag &lt;of&gt; spheres" in page
+    assert '<td class="">4.3</td>' in page
+    (tmp_path / "settings.toml").write_text("")
+    assert not kept_page.is_kept(tmp_path)  # a run

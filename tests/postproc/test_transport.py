@@ -277,7 +277,7 @@ def test_report_of_two_models(run, tmp_path):
     folder = tmp_path / "report"
     told = {"date": "2026-01-01"}
     models_report.write(
-        models_report.Comparison("made up", cases, True, told), folder, "<p>Because.</p>"
+        models_report.Comparison("made up", cases, 2, told), folder, "<p>Because.</p>"
     )
     kept = json.loads((folder / "numbers.json").read_text())
     assert kept["circumstances"] == told
@@ -300,7 +300,7 @@ def test_several_densities_stand_side_by_side(run, tmp_path):
     (heavy / "settings.toml").write_text(text.replace("sphere_density = 1.25", "sphere_density = 2.25"))
     cases = [models_report.make_case("rpm", one, 0.0) for one in (run, Run(heavy))]
     folder = tmp_path / "report"
-    found = models_report.write(models_report.Comparison("made up", cases, False, {}), folder)
+    found = models_report.write(models_report.Comparison("made up", cases, 0, {}), folder)
     assert [v["density_ratio"] for v in found] == [1.25, 2.25]
     # S = u_tau^2/((rho_p - rho_f) g D): five times the submerged weight.
     assert found[0]["shields"] == pytest.approx(5 * found[1]["shields"], rel=1e-12)
@@ -309,9 +309,10 @@ def test_several_densities_stand_side_by_side(run, tmp_path):
     assert "paper_mean_velocity" not in found[0]  # Table 2 is of Setup II
     assert "ean velocity falls" not in page  # one model at each ratio
     assert {"path-rpm-1.25.png", "path-rpm-2.25.png"} <= {file.name for file in folder.iterdir()}
-    models_report.write(models_report.Comparison("one", cases[:1], False, {}), tmp_path / "o")
-    wide, narrow = (matplotlib.image.imread(f / "shares.png").shape for f in (folder, tmp_path / "o"))
-    assert wide[1] > 1.5 * narrow[1]  # three panels over the ratio instead of one with bars
+    models_report.write(models_report.Comparison("one", cases[:1], 0, {}), tmp_path / "o")
+    two, one = (matplotlib.image.imread(f / "heights.png").shape for f in (folder, tmp_path / "o"))
+    assert two[0] > 1.8 * one[0]  # a row of panels for each ratio
+    assert "| rpm, ρp/ρf 1.25 | rpm, ρp/ρf 2.25 |" in (folder / "README.md").read_text()
 
 
 def test_order_is_told_as_it_is():

@@ -14,7 +14,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "coupling"))
-from job import SCENES, command, run  # noqa: E402
+from programs import SCENES, command, run  # noqa: E402
 
 FOLDER = Path(os.environ["BEDLOAD_SANITIZERS"])
 TARGETS = ["fluid_tests", "fluid_output_tests", "bedload-fluid", "open_checkpoints", "styles-formulas-test"]
@@ -73,6 +73,6 @@ def test_a_coupled_run_and_its_restart(tmp_path, ranks):
 
 def test_spoilt_checkpoints(tmp_path):
     """The 540 of tests/coupling, read by a reader that minds each byte beyond an end."""
-    spoilt = str(ROOT / "tests" / "coupling" / "test_spoilt_checkpoints.py")
+    spoilt = str(ROOT / "tests" / "coupling" / "checkpoint" / "test_spoilt_checkpoints.py")
     tests = [sys.executable, "-B", "-m", "pytest", "-q", "-p", "no:cacheprovider", spoilt, "-k", "refused"]
     check(start(["env", f"BEDLOAD_READER={FOLDER / 'bin' / 'open_checkpoints'}", *tests], tmp_path))

@@ -1,13 +1,13 @@
 // The flow solver as a library: a laminar channel between two walls, driven by a constant pressure
 // gradient, from its own parabola; prints how far the bulk velocity is from the exact one.
-#include "fluid/channel.hpp"
+#include "fluid/channel/channel.hpp"
 
 #include <mpi.h>
 
 #include <cmath>
 #include <cstdio>
 
-#include "fluid/settings.hpp"
+#include "fluid/settings/settings.hpp"
 
 int main(int argc, char** argv) {
   MPI_Init(&argc, &argv);
@@ -33,7 +33,10 @@ int main(int argc, char** argv) {
                                                                "channel.cpp");
     bedload::Channel<double> channel(settings, MPI_COMM_WORLD);
     while (channel.time() < settings.time.end - 1e-9) {
-      for (int stage = 0; stage < bedload::stage_count; ++stage) channel.advance_stage(stage);
+      for (int stage = 0; stage < bedload::stage_count; ++stage) {
+        channel.predict(stage);
+        channel.project(stage);
+      }
       channel.finish_step();
     }
     // u_b = G H^2 / (12 nu) for walls H apart

@@ -14,7 +14,7 @@ from scene_run import run_scene
 
 STEPS = 30
 EVERY_STEP = ["output.history_every=1", "output.spheres_every=0.0"]
-MODELS = ["rpm", "rpm_hw", "actm", "actm_hw"]
+MODELS = ["rpm", "rpm_hw", "actm", "actm_hw", "actm_hw_static"]
 
 
 @pytest.fixture(scope="module", params=MODELS)

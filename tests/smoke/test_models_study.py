@@ -31,7 +31,7 @@ def study(monkeypatch, tmp_path):
     def run(*words):
         parser = argparse.ArgumentParser()
         models.add_options(parser)
-        line = ["--models", "rpm", "actm_hw", "--ranks", "1:1", "--discard", "0"]
+        line = ["--models", "rpm", "actm_hw", "--ranks", "1:1", "--discard", "0", "--no-bed"]
         options = parser.parse_args([*line, "--out", str(tmp_path), *words])
         return models.run(options), started
 

@@ -1,0 +1,222 @@
+#include "coupling/bedload_dem/coupled_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include "atom.h"
+#include "comm.h"
+#include "coupling/bedload_dem/fix_couple_fluid.hpp"
+#include "coupling/checkpoint/grains_state.hpp"
+#include "coupling/exchange/stages.hpp"
+#include "coupling/job/peer_failure.hpp"
+#include "domain.h"
+#include "dump.h"
+#include "finish.h"
+#include "fluid/checkpoint/checkpoint_store.hpp"
+#include "fluid/settings/errors.hpp"
+#include "force.h"
+#include "integrate.h"
+#include "lammps.h"
+#include "liggghts_styles/keywords.hpp"
+#include "liggghts_styles/private_access.hpp"
+#include "modify.h"
+#include "neighbor.h"
+#include "output.h"
+#include "timer.h"
+#include "update.h"
+
+namespace bedload {
+namespace {
+
+/// Number behind `steps`; without the keyword more steps than anybody makes.
+std::int64_t read_steps(LAMMPS_NS::LAMMPS* instance, int narg, char** arg) {
+  const Arguments given(instance, CoupledRun::help, std::span(arg, static_cast<std::size_t>(narg)));
+  return given.has("steps") ? static_cast<std::int64_t>(given.number("steps"))
+                            : std::numeric_limits<std::int64_t>::max();
+}
+
+/// Dumps add to what their files hold, and leave out the step that is there already.
+void continue_dumps(LAMMPS_NS::Output& output, std::int64_t step) {
+  for (int n = 0; n < output.ndump; ++n) {
+    detail::append_flag_of(*output.dump[n]) = 1;
+    output.last_dump[n] = step;
+  }
+}
+
+}  // namespace
+
+// A UserError must not pass through LIGGGHTS, which would be taken down in the middle of a run.
+void CoupledRun::command(int narg, char** arg) {
+  try {
+    run(narg, arg);
+  } catch (const UserError& error) {
+    stop_run(lmp, error.what());
+  }
+}
+
+void CoupledRun::run(int narg, char** arg) {
+  if (domain->box_exist == 0) stop_run(lmp, "coupled_run stands before the simulation box is made");
+  const std::int64_t most_steps = read_steps(lmp, narg, arg);
+  auto* const fluid =
+      static_cast<FixCoupleFluid*>(modify->find_fix_style_strict("couple/fluid", 0));
+  if (fluid == nullptr)
+    stop_run(lmp, "coupled_run needs a fix couple/fluid in the script before it");
+
+  fluid->note_script_atoms();
+  DemSide& side = fluid->side();
+  if (side.stopped()) return;  // the fluid has ended in an earlier one and sends nothing more
+  const std::int64_t behind = side.restart_step() - side.steps_made();
+  if (most_steps <= behind) {  // this one was over when the checkpoint was written
+    side.count_steps(most_steps);
+    return;
+  }
+  std::int64_t steps_left = most_steps;
+  if (behind > 0) {
+    steps_left -= behind;
+    side.count_steps(behind);
+  }
+
+  fluid->set_time_step(fluid->fluid_time_step());
+  fluid->allow_run(true);
+  fluid->check_scene();
+  fluid->check_integrated();
+  fluid->check_motion();  // the script may have moved them
+  fluid->check_tags();
+  fluid->check_fixed();
+  prepare(*fluid);
+
+  moved_ = true;
+  for (; steps_left > 0 && make_step(*fluid, steps_left == 1); --steps_left) side.count_steps(1);
+
+  conclude();
+  fluid->allow_run(false);
+}
+
+// The sub-steps of one fluid step, stage by stage; false: the fluid makes no more. `last`: this run
+// ends with it, even where the fluid's does not.
+bool CoupledRun::make_step(FixCoupleFluid& fluid, bool last) {
+  const DemSteps dem_steps{fluid.side().scene_info().dem_steps};
+  bool begins = true;
+  int left = dem_steps.per_step();
+  for (const int substeps : dem_steps.in_stage) {
+    if (substeps == 0) continue;
+    if (!next_stage(fluid)) return false;
+    if (begins) {
+      fluid.set_time_step(fluid.stage().fluid_time_step);
+      if (fluid.stage().last != 0 || last) announce_last_step(dem_steps.per_step());
+    }
+    begins = false;
+    update->integrate->run(substeps);
+    left -= substeps;
+    fluid.send_motion(left == 0 && last && fluid.stage().last == 0);
+  }
+  return true;
+}
+
+// The beginning of LIGGGHTS' own `run`, with an end that is out of reach: it is not known yet how
+// many steps the fluid will make.
+void CoupledRun::prepare(FixCoupleFluid& fluid) {
+  std::optional<GrainsState> start;
+  if (!fluid.side().introduced() && fluid.side().restart_step() >= 0) {
+    const std::string& file = fluid.side().restart_file();
+    start.emplace(lmp, file, fluid.side().restart_step());
+    name_checkpoint(std::filesystem::path(file).parent_path().string());
+    start->compare(fluid.side().script(), fluid.made_by_script());
+    start->let_insertions_pass();
+    start->set_clock();
+  } else {
+    fluid.shake_hands();
+  }
+  // LIGGGHTS sorts its atoms into bins of half the range of pairs, of which there are none.
+  if (force->pair == nullptr) atom->sortfreq = 0;
+  update->whichflag = 1;
+  update->nsteps = std::numeric_limits<int>::max();
+  update->firststep = update->beginstep = update->ntimestep;
+  update->laststep = update->endstep = update->firststep + update->nsteps;
+  lmp->init();
+  if (start) {
+    start->set_clock();  // which the integrator has begun anew
+    start->set_up_insertions();
+    start->put_back();
+    continue_dumps(*output, update->ntimestep);
+    fluid.shake_hands();
+  }
+  update->integrate->setup();
+  if (start) fluid.put_back_forces();
+  fluid.renew_motion();
+  timer->init();
+  timer->barrier_start(TIME_LOOP);
+}
+
+// Waits for the next stage, and writes checkpoints in the meantime; false: the run is over.
+bool CoupledRun::next_stage(FixCoupleFluid& fluid) {
+  std::optional<CheckpointPlace> written;
+  Order order = fluid.receive_loads(moved_);
+  for (; order == Order::checkpoint; order = fluid.receive_loads(moved_)) {
+    write_checkpoint(fluid);
+    const std::filesystem::path part = fluid.side().checkpoint_file();
+    written = checkpoint_place(part.parent_path().parent_path().string(), fluid.stage().step);
+  }
+  // The next order tells that the fluid's half is on disk, too.
+  if (written) name_checkpoint(written->folder);
+  moved_ = false;
+  return order == Order::advance;
+}
+
+// A run that starts from the checkpoint builds its lists anew, which changes the order in which a
+// sphere's contact forces are added. The run that writes it does the same, so that both go on with
+// the same digits.
+void CoupledRun::write_checkpoint(FixCoupleFluid& fluid) {
+  fluid.keep_forces();
+  modify->setup_pre_exchange();
+  update->update_time();  // the steps so far have this length, those of a restart maybe another
+  const GrainsState state(lmp, fluid.stage().step, fluid.side().checkpoint_id(),
+                          fluid.side().script(), fluid.made_by_script());
+  state.write(fluid.side().checkpoint_file());
+  fluid.side().confirm_checkpoint();
+  state.align_random_numbers();
+  rebuild_lists();
+  fluid.put_back_forces();
+  moved_ = true;
+}
+
+// What LIGGGHTS' own `run` begins with, without its output.
+void CoupledRun::rebuild_lists() {
+  atom->setup();
+  domain->pbc();
+  domain->reset_box();
+  comm->setup();
+  if (neighbor->style != 0) neighbor->setup_bins();
+  comm->exchange();
+  if (atom->sortfreq > 0) atom->sort();
+  comm->borders();
+  modify->setup_pre_neighbor();
+  neighbor->build();
+  update->integrate->setup_minimal(0);
+}
+
+// The fluid makes no step after this one: thermo prints a last line.
+void CoupledRun::announce_last_step(int dem_steps) {
+  update->laststep = update->endstep = update->ntimestep + dem_steps;
+  output->next_thermo = std::min(output->next_thermo, update->laststep);
+  output->next = std::min(output->next, output->next_thermo);
+  modify->addstep_compute_all(output->next_thermo);
+}
+
+// The end of LIGGGHTS' own `run`.
+void CoupledRun::conclude() {
+  timer->barrier_stop(TIME_LOOP);
+  update->nsteps = static_cast<int>(update->ntimestep - update->firststep);
+  update->integrate->cleanup();
+  LAMMPS_NS::Finish(lmp).end(1);
+  update->whichflag = 0;
+  update->firststep = update->laststep = 0;
+  update->beginstep = update->endstep = 0;
+}
+
+}  // namespace bedload

@@ -1,0 +1,147 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "coupling/checkpoint/script_atoms.hpp"
+#include "coupling/exchange/dem_side.hpp"
+#include "fix.h"
+#include "liggghts_styles/keywords.hpp"
+
+namespace LAMMPS_NS {
+class FixPropertyAtom;
+}
+
+namespace bedload {
+
+/// fix ID group couple/fluid [fixed GROUP]
+///
+/// The spheres of `group` are in the fluid. Those that are in the group behind `fixed` as well
+/// never move: the fluid receives them once. The others carry the force and torque that the fluid
+/// sends, constant over one Runge-Kutta stage; they are kept per atom, migrate with it, and are
+/// added after the contact forces of each step. The command coupled_run drives it.
+///
+/// Global vector: sum of force and torque on the mobile spheres, f_ID[1..6] its mean over the last
+/// whole fluid step, f_ID[7..12] of the present stage. Per-atom values, of the present stage:
+/// f_couple_force[1..3], f_couple_torque[1..3].
+class FixCoupleFluid : public LAMMPS_NS::Fix {
+ public:
+  static constexpr WordKeyword words[] = {
+      {"fixed", "none: all are mobile",
+       "Group of the spheres that never move; the fluid receives them once."}};
+  static constexpr StyleHelp help{"fix couple/fluid",
+                                  "Puts the spheres of the group into the fluid of bedload-fluid.",
+                                  "fix ID group couple/fluid [fixed GROUP]",
+                                  {},
+                                  words};
+
+  FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp, int narg, char** arg);
+
+  void post_create() override;
+  void pre_delete(bool unfixflag) override;
+  int setmask() override;
+  void init() override;
+  void setup(int vflag) override;
+  void post_integrate() override;
+  void pre_neighbor() override;
+  void post_force(int vflag) override;
+  double compute_vector(int n) override;
+
+  /// For contact models: pointers to doubles that stay valid as long as the fix lives. "dt_fluid"
+  /// [T], "viscosity" (dynamic) [M/(L T)], "fluid_density" [M/L^3], "cell_size" [L].
+  void* extract(const char* name, int& dim) override;
+
+  // What coupled_run calls. Collective.
+
+  /// Tells the fluid about the scene, the first time only.
+  void shake_hands();
+  double fluid_time_step() const { return dt_fluid_; }
+  /// Holds the fluid's time step: LIGGGHTS' own becomes its part, everywhere.
+  void set_time_step(double fluid_time_step);
+  /// Waits for the next stage's loads, or for another order of the fluid. `first`: atoms may have
+  /// changed rank since the last motion was sent.
+  Order receive_loads(bool first);
+  /// Sends the motion to the fluid. `changes_follow`: the script may change spheres now, and the
+  /// motion is to be sent again when it has.
+  void send_motion(bool changes_follow = false);
+  /// Sends it again at the begin of the next coupled run, where that was announced.
+  void renew_motion();
+
+  DemSide& side() { return *side_; }
+  /// Stores the forces of the step just made with the spheres, to go into a checkpoint.
+  void keep_forces();
+  /// Sets them again, after LIGGGHTS has computed others while it was set up.
+  void put_back_forces();
+
+  const LoadHeader& stage() const { return stage_.header; }
+  /// Ends the job where a mobile sphere is out of the box or moves by more than its radius in a
+  /// step, and where box or time step are no more those that the fluid computes with.
+  void check_motion() const;
+  /// Ends LIGGGHTS with a sentence where the script has made another scene of the one that the
+  /// fluid received; nothing before the first coupled_run. Collective.
+  void check_scene() const;
+  /// The same where a mobile sphere has a speed but no fix moves it; warns where it has none.
+  /// Collective.
+  void check_integrated() const;
+  /// Ends LIGGGHTS with a sentence where the script has given spheres other numbers. Collective.
+  void check_tags() const;
+  /// The same where a fixed sphere is moved by a fix, or where the fixed ones are no more those
+  /// that the fluid received. Collective.
+  void check_fixed() const;
+  /// Keeps what the script has made, the first time; and that. Collective.
+  void note_script_atoms() {
+    if (!made_by_script_) made_by_script_ = ScriptAtoms::of(lmp);
+  }
+  const ScriptAtoms& made_by_script() const { return *made_by_script_; }
+  /// Only coupled_run may move the spheres while this fix exists.
+  void allow_run(bool allowed) { run_allowed_ = allowed; }
+
+ private:
+  bool is_mobile(int mask) const { return (mask & groupbit) != 0 && (mask & fixed_bit_) == 0; }
+  bool is_fixed(int mask) const { return (mask & groupbit) != 0 && (mask & fixed_bit_) != 0; }
+  void hand_on_loads();
+  void book_lost(const LoadRecord& load);
+  void hold_loads();
+  int place_of(std::int64_t tag) const;
+  double& told_tag(int i) const;
+  void note_tags();
+  void take_mean();
+  void project_forces();
+  DemSceneInfo collect_scene_info() const;
+  void describe_box(DemSceneInfo& scene_info) const;
+  void check_box_and_step() const;
+  std::string describe_effects() const;
+  /// As fix collision/table counts them; -1: there is none. Collective.
+  std::int64_t finished_collisions() const;
+  std::vector<StateRecord> states(bool with_fixed) const;
+  std::uint64_t fingerprint_of_fixed() const;
+  double largest_radius() const;
+  /// Of all ranks' atoms i for which holds(i). Collective.
+  template <class Condition>
+  std::optional<int> lowest_tag(Condition holds) const;
+  bool is_inside(const Vec3& position) const;
+
+  DemSide* side_;
+  int fixed_bit_ = 0;
+  std::uint64_t told_fixed_ = 0;  ///< fingerprint of the fixed spheres that the fluid received
+  std::optional<ScriptAtoms> made_by_script_;
+  bool run_allowed_ = false;
+  bool must_send_motion_ = false;  ///< the fluid waits for what the script has changed
+  LAMMPS_NS::FixPropertyAtom* force_ = nullptr;
+  LAMMPS_NS::FixPropertyAtom* torque_ = nullptr;
+  LAMMPS_NS::FixPropertyAtom* kept_ =
+      nullptr;  ///< total force and torque, tag that the fluid was told
+  StageLoads stage_;
+  MotionHeader done_{};
+  int substeps_ = 0;                      ///< of the present stage so far
+  std::array<double, 6> step_impulse_{};  ///< of force and torque in the present fluid step so far
+  std::array<double, 6> step_mean_{};     ///< force and torque, mean over the last whole one
+  bool tags_noted_ = false;
+  std::int64_t collisions_ = -1;
+  double dt_fluid_ = 0.0, viscosity_ = 0.0, fluid_density_ = 0.0, cell_size_ = 0.0;
+};
+
+}  // namespace bedload

@@ -1,0 +1,77 @@
+#include "coupling/bedload_dem/liggghts_screen.hpp"
+
+#include <fmt/format.h>
+#include <stdio.h>
+#include <unistd.h>
+
+#include <string_view>
+
+#include "coupling/job/peer_failure.hpp"
+#include "coupling/job/roles.hpp"
+
+namespace bedload {
+namespace {
+
+/// LIGGGHTS numbers the bins in which it looks for neighbouring triangles from the box and the
+/// largest triangle; copies through periodic ends may lie beyond them.
+constexpr std::string_view lost_triangle = "region_neighbor_list_I.h";
+constexpr const char* about_triangles =
+    "a mesh wall has triangles that LIGGGHTS cannot keep in a periodic box of this size: their "
+    "largest radius (centre to corner) has to lie between a sixth of the neighbour cut-off "
+    "(largest "
+    "diameter and range, and skin) and the shortest periodic length less half that cut-off; divide "
+    "or "
+    "join triangles, or write the wall as a primitive one";
+
+/// Several ranks may meet the same mistake at once; the first one speaks.
+bool another_speaks(std::string_view line) {
+  constexpr useconds_t a_moment = 200'000;
+  if (line.starts_with("ERROR on proc") && !line.starts_with("ERROR on proc 0")) usleep(a_moment);
+  return is_silenced();
+}
+
+}  // namespace
+
+LiggghtsScreen::LiggghtsScreen() {
+  cookie_io_functions_t functions{};
+  functions.write = [](void* self, const char* text, std::size_t size) {
+    static_cast<LiggghtsScreen*>(self)->take(text, size);
+    return static_cast<ssize_t>(size);
+  };
+  stream_ = fopencookie(this, "w", functions);
+  // LIGGGHTS may end the process right after its message.
+  setvbuf(stream_, nullptr, _IONBF, 0);
+}
+
+LiggghtsScreen::~LiggghtsScreen() { std::fclose(stream_); }
+
+void LiggghtsScreen::take(const char* text, std::size_t size) {
+  for (const char c : std::string_view(text, size)) {
+    if (c != '\n') {
+      line_ += c;
+      continue;
+    }
+    if (line_.starts_with("ERROR")) {
+      saw_error_ = true;
+      if (!another_speaks(line_)) {
+        silence_peers();
+        if (line_.find(lost_triangle) != std::string::npos)
+          line_ = fmt::format("ERROR: {} ({})", about_triangles, line_);
+        std::fprintf(stderr, "\n%s: %s%s\n", program_name(Program::dem), line_.c_str(),
+                     last_checkpoint_sentence().c_str());
+      }
+    } else if (line_.starts_with("WARNING")) {
+      if (said_.insert(line_).second)
+        std::fprintf(stderr, "\n%s: %s\n", program_name(Program::dem), line_.c_str());
+    } else if (line_.starts_with("NOTE")) {
+      if (said_.insert(line_).second)
+        std::fprintf(stderr, "%s: %s\n", program_name(Program::dem), line_.c_str());
+    } else if (line_ == "Created 0 atoms") {
+      std::fprintf(stderr, "\n%s: WARNING: a create_atoms has made no atom: %s\n",
+                   program_name(Program::dem), "its place lies outside the box or its region");
+    }
+    line_.clear();
+  }
+}
+
+}  // namespace bedload

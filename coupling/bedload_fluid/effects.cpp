@@ -1,0 +1,132 @@
+#include "coupling/bedload_fluid/effects.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <sstream>
+#include <string>
+
+#include "fluid/grid/diffusion_limit.hpp"
+
+namespace bedload {
+namespace {
+
+EffectRow row(const std::string& name, bool on, const std::string& why) {
+  return {name, on ? "on" : "off", why, {}};
+}
+
+/// The lines that LIGGGHTS sent: name, state and reason, separated by tabs.
+std::vector<EffectRow> effects_of_script(const std::string& text) {
+  std::vector<EffectRow> effects;
+  std::istringstream lines(text);
+  std::string name, state, why;
+  while (std::getline(lines, name, '\t') && std::getline(lines, state, '\t') &&
+         std::getline(lines, why))
+    effects.push_back({name, state, why, {}});
+  return effects;
+}
+
+EffectRow driving(const Settings& s) {
+  switch (s.flow.driving) {
+    case Driving::bulk_velocity:
+      return row("flow driving", true,
+                 fmt::format("bulk velocity kept at {}", s.flow.bulk_velocity));
+    case Driving::pressure_gradient:
+      return row("flow driving", true,
+                 fmt::format("force per volume kept at {}", s.flow.pressure_gradient));
+    case Driving::gravity:
+      return row("flow driving", true,
+                 fmt::format("gravity along x, {} per mass", s.fluid.gravity[0]));
+    case Driving::none:
+      break;
+  }
+  return row("flow driving", false, "flow.driving is \"none\"");
+}
+
+EffectRow diffusion(const Settings& s) {
+  const Grid grid = make_grid(s);
+  const bool implicit = diffusion_is_implicit(s, grid);
+  const bool asked = s.fluid.diffusion != Diffusion::automatic;
+  return row("implicit diffusion", implicit,
+             asked ? fmt::format("fluid.diffusion is \"{}\"", implicit ? "implicit" : "explicit")
+                   : fmt::format("time.step is {:.3g} of the explicit limit",
+                                 s.time.step /
+                                     explicit_diffusion_limit(grid, s.fluid.kinematic_viscosity)));
+}
+
+bool has_gravity(const Settings& s) {
+  return std::any_of(s.fluid.gravity.begin(), s.fluid.gravity.end(),
+                     [](double g) { return g != 0.0; });
+}
+
+}  // namespace
+
+std::vector<EffectRow> effects_of(const Settings& s, std::span<const SphereState> spheres,
+                                  const PartnerScene* dem) {
+  const bool convection = s.fluid.convection;
+  std::vector<EffectRow> rows{
+      row("convection", convection,
+          convection ? "the flow has inertia" : "fluid.convection is \"off\""),
+      driving(s), diffusion(s)};
+  if (s.fringe.rate > 0.0)
+    rows.push_back(row("fringe", true,
+                       fmt::format("stream of {} from x = {} to {}", s.fringe.velocity,
+                                   s.fringe.begin, s.fringe.end)));
+  rows.push_back(row("statistics", s.statistics.every > 0,
+                     s.statistics.every > 0 ? fmt::format("sampled every {} steps from t = {}",
+                                                          s.statistics.every, s.statistics.from)
+                                            : "statistics.every is 0"));
+  if (spheres.empty()) {
+    rows.push_back(
+        row("spheres", false, "this job has no bedload-dem, and spheres.file names no spheres"));
+    return rows;
+  }
+  const auto moving = std::count_if(spheres.begin(), spheres.end(),
+                                    [](const SphereState& sphere) { return sphere.mobile; });
+  const bool mobile = moving > 0;
+  const std::string how_many =
+      dem ? fmt::format("{} mobile spheres", moving) : "fixed spheres only, without LIGGGHTS";
+  rows.push_back(row("immersed boundary", true,
+                     fmt::format("{} fixed spheres, weights computed once",
+                                 static_cast<std::int64_t>(spheres.size()) - moving)));
+  rows.push_back(row("moving boundary", mobile, how_many));
+  rows.push_back(row("interior term", mobile, how_many));
+  rows.push_back(row("extra forcing loops", s.spheres.forcing_loops > 1,
+                     fmt::format("spheres.forcing_loops is {}", s.spheres.forcing_loops)));
+  rows.push_back(
+      row("buoyancy", mobile && has_gravity(s),
+          mobile ? (has_gravity(s) ? "fluid.gravity" : "fluid.gravity is zero") : how_many));
+  rows.push_back(row("output", true,
+                     fmt::format("history every {} steps, spheres and fields as [output] says",
+                                 s.output.history_every)));
+  if (dem == nullptr) return rows;
+  rows.push_back(
+      row("grain motion", mobile,
+          fmt::format("LIGGGHTS, {} steps a time step, loads once a {}", s.coupling.dem_steps,
+                      s.coupling.exchange == Exchange::stage ? "stage" : "step")));
+  const std::vector<EffectRow> script = effects_of_script(dem->effects);
+  rows.insert(rows.end(), script.begin(), script.end());
+  return rows;
+}
+
+void add_shares(std::vector<EffectRow>& effects, std::span<const TimingRow> times,
+                const MarkerSeconds& markers, double grain_seconds) {
+  double total = 0.0;
+  std::map<std::string, double> share;
+  for (const TimingRow& row : times) {
+    total += row.seconds_mean;
+    share[row.part] = row.share;
+  }
+  if (total <= 0.0) return;
+  share["immersed boundary"] = markers.first_loops / total;
+  share["moving boundary"] = markers.placing / total;
+  share["interior term"] = markers.interior / total;
+  share["extra forcing loops"] = markers.extra_loops / total;
+  share["grain motion"] = grain_seconds / total;
+  for (EffectRow& row : effects)
+    if (const auto found = share.find(row.effect); found != share.end() && row.state == "on")
+      row.share = found->second;
+}
+
+}  // namespace bedload

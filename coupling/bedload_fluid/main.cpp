@@ -1,0 +1,253 @@
+// bedload-fluid: the flow. Beside bedload-dem in one MPI job its spheres are LIGGGHTS' atoms and
+// move; alone it computes a flow without spheres or around fixed ones. simulation.cpp has the time
+// step.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "coupling/bedload_fluid/effects.hpp"
+#include "coupling/bedload_fluid/options.hpp"
+#include "coupling/bedload_fluid/run_output.hpp"
+#include "coupling/bedload_fluid/simulation.hpp"
+#include "coupling/checkpoint/checkpoints.hpp"
+#include "coupling/exchange/clock.hpp"
+#include "coupling/exchange/fluid_side.hpp"
+#include "coupling/exchange/stages.hpp"
+#include "coupling/job/peer_failure.hpp"
+#include "coupling/job/roles.hpp"
+#include "coupling/job/run_lock.hpp"
+#include "coupling/job/signals.hpp"
+#include "fluid/checkpoint/state_file.hpp"
+#include "fluid/files/collectively.hpp"
+#include "fluid/immersed_boundary/sphere_file.hpp"
+#include "fluid/kernels/subnormals.hpp"
+#include "fluid/settings/errors.hpp"
+#include "fluid/settings/settings.hpp"
+#include "fluid/validation/validate.hpp"
+
+namespace bedload {
+namespace {
+
+FluidSceneInfo scene_info_of(const Settings& s, const Resumption* from) {
+  FluidSceneInfo scene_info{};
+  scene_info.length = s.grid.length;
+  const auto periodic = [](const auto& ends) { return ends[0] == Wall::periodic ? 1 : 0; };
+  scene_info.periodic = {periodic(s.boundary.x), periodic(s.boundary.y), periodic(s.boundary.z)};
+  scene_info.dem_steps =
+      DemSteps::of(s.coupling.exchange == Exchange::stage, s.coupling.dem_steps).in_stage;
+  scene_info.gravity = s.fluid.gravity;
+  scene_info.density = s.fluid.density;
+  scene_info.kinematic_viscosity = s.fluid.kinematic_viscosity;
+  scene_info.time_step = from && s.time.cfl > 0.0 ? from->time_step() : s.time.step;
+  scene_info.restart_step = from ? from->header.step : -1;
+  scene_info.cell_size = s.grid.length[0] / s.grid.cells[0];
+  return scene_info;
+}
+
+/// The spheres of a run without LIGGGHTS, which stay where they are.
+std::vector<SphereState> spheres_of(const Settings& s) {
+  if (s.spheres.file.empty()) return {};
+  return read_spheres(s.beside(s.spheres.file), make_grid(s));
+}
+
+/// A scene that has a LIGGGHTS script is without its grains only for somebody who says so.
+void check_partner(const Settings& s, const FluidOptions& options) {
+  const std::string script = s.beside("in.liggghts");
+  std::error_code error;
+  if (options.without_grains || !s.spheres.file.empty() || !std::filesystem::exists(script, error))
+    return;
+  throw UserError(fmt::format(
+      "{}: the scene has grains ({}), but bedload-dem is not in the job; start both, mpirun -np N "
+      "bedload-fluid {} : -np M bedload-dem -in {}, or the flow alone with --without-grains.",
+      s.file, "in.liggghts", s.file, script));
+}
+
+/// A grid that cannot fit is refused before the machine is brought to a halt.
+void check_memory(const Settings& s, const Job& job) {
+  const double needed = least_field_bytes(s) / job.size() * job.ranks_here();
+  const double there =
+      static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
+  if (needed > there)
+    throw UserError(fmt::format(
+        "{}: 'grid.cells' = [{}] takes at least {:.3g} GB on each machine of the job, but this one "
+        "has {:.3g} GB.",
+        s.file, fmt::join(s.grid.cells, ", "), 1e-9 * needed, 1e-9 * there));
+}
+
+/// A run begins in a folder without checkpoints, or goes on in its own.
+void check_no_run_is_lost(const std::string& out, const Resumption* from) {
+  const auto there = find_checkpoints(out);
+  if (there.empty()) return;
+  std::error_code error;
+  if (from && std::filesystem::equivalent(
+                  out, std::filesystem::path(from->place.folder).parent_path(), error))
+    return;
+  throw UserError(fmt::format(
+      "{}: the folder holds the checkpoints of {}, the last one after step {}; go on from them "
+      "with "
+      "--restart {}, give this run another folder with --out, or have them removed with "
+      "--overwrite.",
+      out, from ? "another run" : "a run", there.back().step, out));
+}
+
+/// Start from the flow of another run (start.from = "state"); time and step begin anew.
+template <class Real>
+void start_from_state(Channel<Real>& channel) {
+  const Settings& s = channel.settings();
+  const StateRead state = read_state(s.beside(s.start.file), channel.grid(),
+                                     channel.decomposition(), channel.fields_to_restore());
+  channel.restored(0.0, 0, state.header.driving, state.interpolated);
+}
+
+/// Steps from now to time.end with the present time step, or as many as the command line allows.
+template <class Real>
+std::int64_t count_steps(const Channel<Real>& channel, std::int64_t most) {
+  const double left = channel.settings().time.end - channel.time();
+  if (left / channel.time_step() > most_steps)
+    throw UserError(
+        fmt::format("{}: after step {} (t = {:.6g}): the time step has shrunk to {:.3g}, with "
+                    "which {:.3g} more "
+                    "are left to 'time.end' = {}, and at most {:.0e} are allowed; the flow grows "
+                    "without bound, "
+                    "or 'time.cfl' = {} is too small.",
+                    channel.settings().file, channel.step(), channel.time(), channel.time_step(),
+                    left / channel.time_step(), channel.settings().time.end, most_steps,
+                    channel.settings().time.cfl));
+  const auto steps = static_cast<std::int64_t>(std::ceil(left / channel.time_step() - 1e-6));
+  return std::max<std::int64_t>(0, most < 0 ? steps : std::min(steps, most));
+}
+
+/// What both programs did in the last step: program,part,start,end in seconds since its begin.
+template <class Real>
+std::string time_line(Simulation<Real>& simulation, const std::vector<TimelineEntry>& fluid,
+                      double began) {
+  std::string text = "program,part,start,end\n";
+  for (const TimelineEntry& e : fluid)
+    text += fmt::format("bedload-fluid,{},{:.7f},{:.7f}\n", simulation.timing().name(e.phase),
+                        e.start, e.end);
+  for (const GrainInterval& g : simulation.grain_intervals())
+    text +=
+        fmt::format("bedload-dem,grain motion,{:.7f},{:.7f}\n", g.began - began, g.ended - began);
+  return text;
+}
+
+/// Status of a run that was asked to end, and ended with a checkpoint.
+constexpr int ended_early = 3;
+
+template <class Real>
+int simulate(Job& job, const FluidOptions& options, const Settings& settings, FluidSide* partner,
+             const PartnerScene* dem, Resumption* from) {
+  if (from) learn_transforms<Real>(*from);
+  const std::vector<SphereState> spheres = dem ? dem->spheres : spheres_of(settings);
+  if (from && !dem) check_fixed_spheres(*from, spheres);
+  Simulation<Real> simulation(settings, job.own(), partner, spheres,
+                              from ? from->cuts(job.size(), settings) : Cuts{});
+  if (from)
+    restore_flow(*from, simulation.channel());
+  else if (settings.start.from == Start::state)
+    start_from_state(simulation.channel());
+  const std::int64_t most = options.steps;
+  std::int64_t left = count_steps(simulation.channel(), most);
+  // With a step that follows the flow the end is known in advance only by its time.
+  const bool countable = settings.time.cfl == 0.0 || most >= 0;
+  std::optional<LoadGroup> kept;
+  if (from) kept = from->run().group(output_group);
+  RunOutput<Real> output(
+      options.out, simulation,
+      countable ? std::optional(simulation.channel().step() + left) : std::nullopt,
+      effects_of(settings, spheres, dem), kept ? &*kept : nullptr);
+  Checkpoints<Real> checkpoints(options.out, simulation, output, partner, from);
+  if (from) from->state.reset();
+  std::string line;
+  std::optional<std::string> cut_short;
+  for (std::int64_t made = 0; left > 0 && !cut_short;) {
+    const bool last = left == 1;
+    const double began = clock_seconds();
+    if (made == options.warm_up) simulation.timing().restart();
+    if (last) simulation.timing().record_step();
+    simulation.make_step(last);
+    if (last) line = time_line(simulation, simulation.timing().stop_recording(), began);
+    output.after_step();
+    ++made;
+    left = last ? 0 : count_steps(simulation.channel(), most < 0 ? most : most - made);
+    cut_short = checkpoints.after_step();
+  }
+  checkpoints.write();
+  end_in_good_order();
+  if (partner) partner->stop();
+  output.finish(line, checkpoints.last().fluid(), options.bandwidth);
+  if (!cut_short) return 0;
+  if (job.rank() == 0)
+    fmt::print(stderr,
+               "\nbedload-fluid: ended after step {} (t = {:.6g}): {}; go on with --restart {}\n",
+               simulation.channel().step(), simulation.channel().time(), *cut_short,
+               checkpoints.last().folder);
+  return ended_early;
+}
+
+int run(Job& job, int argc, char** argv) {
+  const std::optional<FluidOptions> options = read_fluid_options(argc, argv, job.rank() == 0);
+  if (!options) {
+    if (!job.alone()) throw UserError("bedload-dem waits for a scene; ask for help without it.");
+    return 0;
+  }
+  if (!options->compact.empty()) {
+    if (!job.alone()) throw UserError("--compact-state is for bedload-fluid alone.");
+    write_compact_state(options->compact[0], options->compact[1], job.own());
+    return 0;
+  }
+  listen_to_signals();
+  std::optional<Resumption> from;
+  if (!options->restart.empty()) from = open_checkpoint(options->restart, !job.alone(), job.own());
+  const Settings settings =
+      read_settings(options->file, from ? from->overrides(options->settings) : options->settings);
+  validate(settings);
+  check_memory(settings, job);
+  if (job.alone()) check_partner(settings, *options);
+  if (from) {
+    check_scene(*from, settings);
+    if (job.rank() == 0)
+      for (const std::string& sentence : differences(*from, settings, options->settings))
+        fmt::print(stderr, "bedload-fluid: restart: {}.\n", sentence);
+  }
+  Resumption* const resumption = from ? &*from : nullptr;
+  // Before LIGGGHTS hears of the fluid: its script may write there as well.
+  make_output_folder(options->out, job.own());
+  std::optional<RunLock> lock;
+  on_first_rank(job.own(), [&] {
+    lock.emplace(options->out);
+    if (!options->overwrite) check_no_run_is_lost(options->out, resumption);
+  });
+  std::optional<FluidSide> partner;
+  std::optional<PartnerScene> dem;
+  if (!job.alone()) {
+    if (!settings.spheres.file.empty())
+      throw UserError(fmt::format(
+          "{}: 'spheres.file' is \"{}\", but with bedload-dem in the job the spheres come from its "
+          "script; remove the key or start bedload-fluid alone.",
+          settings.file, settings.spheres.file));
+    partner.emplace(job).introduce(scene_info_of(settings, resumption),
+                                   from ? from->place.grains() : std::string());
+    dem = partner->meet();
+    validate(settings, dem->spheres);
+  }
+  const auto start = settings.accuracy.precision == "single" ? simulate<float> : simulate<double>;
+  return start(job, *options, settings, partner ? &*partner : nullptr, dem ? &*dem : nullptr,
+               resumption);
+}
+
+}  // namespace
+}  // namespace bedload
+
+int main(int argc, char** argv) {
+  using namespace bedload;
+  flush_subnormals();
+  return run_program(argc, argv, Program::fluid, exchange_protocol(),
+                     [&](Job& job) { return run(job, argc, argv); });
+}

@@ -1,0 +1,86 @@
+#include "coupling/bedload_fluid/options.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+#include "coupling/version.hpp"
+#include "fluid/checkpoint/checkpoint_store.hpp"
+#include "fluid/settings/errors.hpp"
+#include "fluid/settings/settings.hpp"
+
+namespace bedload {
+namespace {
+
+/// runs/<scene> under the folder that the command is typed in; the scene is the folder of
+/// fluid.toml.
+std::string default_output(const std::string& file) {
+  const std::filesystem::path scene = std::filesystem::absolute(file).parent_path().filename();
+  return (std::filesystem::path("runs") / scene).string();
+}
+
+/// The output folder of the run that `--restart` names, itself or one of its checkpoints.
+std::string run_of_checkpoint(const std::string& where) {
+  return std::filesystem::path(locate_checkpoint(where).folder).parent_path().string();
+}
+
+}  // namespace
+
+std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first_rank) {
+  FluidOptions options;
+  bool keys = false;
+  bool show_version = false;
+  CLI::App app(
+      "The fluid of bedload: a channel solver with resolved spheres. Alone it runs a flow "
+      "without grains; with bedload-dem in the same MPI job the grains move:\n"
+      "  mpirun -np N bedload-fluid fluid.toml : -np M bedload-dem -in in.liggghts",
+      "bedload-fluid");
+  app.add_option("file", options.file, "The scene: fluid.toml");
+  app.add_option("--set", options.settings, "A value for this run, written as in TOML: time.end=20")
+      ->allow_extra_args(false);
+  app.add_option("--out", options.out,
+                 "Folder of the output (default: runs/<folder of fluid.toml>)");
+  app.add_option("--restart", options.restart,
+                 "Go on from a checkpoint, or from the last one in a run's folder; without --out "
+                 "the run goes on in that folder");
+  app.add_flag("--overwrite", options.overwrite,
+               "Begin in a folder that holds the checkpoints of another run, which are removed");
+  app.add_option("--steps", options.steps, "Stop after this many time steps")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--warm-up", options.warm_up, "Leave the first N steps out of the table of times")
+      ->check(CLI::NonNegativeNumber);
+  app.add_flag("--without-grains", options.without_grains,
+               "Run a scene with a LIGGGHTS script (in.liggghts) as a flow without its grains");
+  app.add_flag(
+      "--bandwidth", options.bandwidth,
+      "At the end measure the memory's bandwidth beside that of the solver's phases (takes "
+      "0.6 GB for half a second)");
+  app.add_option(
+         "--compact-state", options.compact,
+         "Make of the first file, a state.h5, the second: a small start field (every second "
+         "cell, 16 bits); no run")
+      ->expected(2);
+  app.add_flag("--help-keys", keys, "Print what fluid.toml may say");
+  app.add_flag("--version", show_version, "Print the version");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    if (first_rank) fmt::print("{}", app.help());
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    throw UserError(fmt::format("{} (bedload-fluid --help lists the options)", error.what()));
+  }
+  if (show_version && first_rank) fmt::print("bedload-fluid {}\n", version);
+  if (keys && first_rank) fmt::print("{}", describe_keys());
+  if (show_version || keys) return std::nullopt;
+  if (!options.compact.empty()) return options;
+  if (options.file.empty())
+    throw UserError("the scene is missing: bedload-fluid fluid.toml (bedload-fluid --help).");
+  if (options.out.empty())
+    options.out =
+        options.restart.empty() ? default_output(options.file) : run_of_checkpoint(options.restart);
+  return options;
+}
+
+}  // namespace bedload

@@ -1,0 +1,358 @@
+#include "coupling/bedload_fluid/run_output.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "coupling/bedload_fluid/effects.hpp"
+#include "fluid/checkpoint/state_file.hpp"
+#include "fluid/files/atomic_file.hpp"
+#include "fluid/files/collectively.hpp"
+#include "fluid/grid/diffusion_limit.hpp"
+#include "fluid/output/bandwidth.hpp"
+#include "fluid/output/printable.hpp"
+#include "fluid/output/rhythm.hpp"
+#include "fluid/output/settings_file.hpp"
+#include "fluid/output/timing.hpp"
+#include "fluid/poisson/fft_length.hpp"
+#include "fluid/settings/errors.hpp"
+#include "fluid/statistics/statistics_file.hpp"
+#include "fluid/validation/derived_numbers.hpp"
+#include "fluid/validation/warnings.hpp"
+
+namespace bedload {
+namespace {
+
+bool is_first(MPI_Comm comm) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  return rank == 0;
+}
+
+}  // namespace
+
+void make_output_folder(const std::string& folder, MPI_Comm comm) {
+  on_first_rank(comm, [&] {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error)
+      throw UserError(
+          fmt::format("{}: the output folder cannot be made: {}.", folder, error.message()));
+  });
+}
+
+template <class Real>
+bool RunOutput<Real>::Rhythm::due(double now, double time_step) {
+  if (now + 0.5 * time_step < next_) return false;
+  if (every_ > 0.0) next_ = next_due(next_, every_, now + 0.5 * time_step);
+  return true;
+}
+
+template <class Real>
+RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulation,
+                           std::optional<std::int64_t> last_step,
+                           const std::vector<EffectRow>& effects, const LoadGroup* resume)
+    : folder_(folder),
+      simulation_(simulation),
+      settings_(simulation.channel().settings()),
+      first_rank_(is_first(simulation.channel().comm())),
+      first_step_(simulation.channel().step()),
+      last_step_(last_step),
+      effects_(effects),
+      phase_(simulation.timing().add_phase("output")),
+      fields_due_(settings_.output.fields_every, simulation.channel().time()),
+      spheres_due_(settings_.output.spheres_every, simulation.channel().time()),
+      fixed_due_(settings_.output.fixed_every, simulation.channel().time()),
+      fields_(folder, simulation.channel().grid(), simulation.channel().decomposition(),
+              resume ? simulation.channel().step() : -1) {
+  const MPI_Comm comm = simulation_.channel().comm();
+  if (settings_.statistics.every > 0) {
+    const Channel<Real>& channel = simulation_.channel();
+    statistics_ =
+        std::make_unique<Statistics<Real>>(settings_, channel.grid(), channel.decomposition());
+    statistics_phase_ = simulation_.timing().add_phase("statistics");
+  }
+  const DerivedNumbers numbers = derive_numbers(settings_);
+  const std::int64_t resume_after = resume ? simulation_.channel().step() : -1;
+  if (resume) load(*resume);
+  // The row of the checkpoint's step stands there already, should no step follow.
+  if (resume && first_step_ % settings_.output.history_every == 0) history_step_ = first_step_;
+  on_first_rank(comm, [&] { write_settings_file(folder_, settings_, numbers); });
+  if (!simulation_.spheres().empty())
+    spheres_ = std::make_unique<SphereWriter>(folder_, comm, simulation_.spheres(), resume_after);
+  on_first_rank(comm, [&] { history_ = std::make_unique<History>(folder_, resume_after); });
+  if (first_rank_) {
+    warn(warnings(settings_, numbers));
+    warn(warnings(settings_, simulation_.spheres()));
+    fmt::print("{}\n\n{}\n{}\n{}", printable(settings_.title), derived_as_comments(numbers),
+               effects_table(effects_), length_hints(settings_.grid.cells));
+    fmt::print("{}", size_of_samples());
+    progress_ = std::make_unique<Progress>(progress_state(), stdout);
+  }
+  if (!resume) write_spheres();
+}
+
+/// How large spheres.h5 will become, one sentence; empty without mobile spheres.
+template <class Real>
+std::string RunOutput<Real>::size_of_samples() const {
+  const Channel<Real>& channel = simulation_.channel();
+  const auto mobile = std::count_if(simulation_.spheres().begin(), simulation_.spheres().end(),
+                                    [](const SphereState& s) { return s.mobile; });
+  const double every = std::fmax(settings_.output.spheres_every, channel.time_step());
+  double left = (settings_.time.end - channel.time()) / every;
+  if (last_step_)
+    left = std::fmin(
+        left, static_cast<double>(*last_step_ - channel.step()) * channel.time_step() / every);
+  if (mobile == 0 || !spheres_) return "";
+  const double samples = 1.0 + std::floor(std::fmax(0.0, left));
+  const double bytes = static_cast<double>(mobile) * SphereWriter::row_bytes;
+  return fmt::format(
+      "spheres.h5 will grow by {:.3g} MB: {} mobile spheres, {:.0f} samples of {:.3g} kB "
+      "(output.spheres_every)\n\n",
+      1e-6 * samples * bytes, mobile, samples, 1e-3 * bytes);
+}
+
+/// Says each of them once in a run.
+template <class Real>
+void RunOutput<Real>::warn(const std::vector<std::string>& sentences) {
+  if (!first_rank_) return;
+  for (const std::string& sentence : sentences)
+    if (warned_.insert(sentence).second)
+      fmt::print(stderr, "bedload-fluid: WARNING: {}\n", sentence);
+}
+
+template <class Real>
+void RunOutput<Real>::warn_of_new_spheres() {
+  if (simulation_.spheres_changed()) warn(warnings(settings_, simulation_.gather_mobile()));
+}
+
+template <class Real>
+void RunOutput<Real>::flush() {
+  on_first_rank(simulation_.channel().comm(), [&] {
+    if (spheres_) spheres_->flush();
+  });
+}
+
+template <class Real>
+void RunOutput<Real>::save(const SaveGroup& group) const {
+  fields_due_.save(group.group("fields_due"));
+  spheres_due_.save(group.group("spheres_due"));
+  fixed_due_.save(group.group("fixed_due"));
+  group.value("worst_momentum_residual", worst_residual_);
+  std::vector<double> forces;
+  for (const SphereLoad& load : fixed_forces())
+    forces.insert(forces.end(), load.force.begin(), load.force.end());
+  group.list<double>("fixed_forces", forces);
+  if (statistics_) statistics_->save(group.group("statistics"));
+}
+
+template <class Real>
+void RunOutput<Real>::load(const LoadGroup& group) {
+  collectively(simulation_.channel().comm(), [&] {
+    fields_due_.load(group.group("fields_due"));
+    spheres_due_.load(group.group("spheres_due"));
+    fixed_due_.load(group.group("fixed_due"));
+    worst_residual_ = group.value<double>("worst_momentum_residual");
+    const std::vector<double> forces = group.list<double>("fixed_forces");
+    for (std::size_t n = 0; n + 3 <= forces.size(); n += 3)
+      fixed_forces_before_.push_back({.force = Vec3(&forces[n])});
+  });
+  if (statistics_ && group.has("statistics")) statistics_->load(group.group("statistics"));
+}
+
+template <class Real>
+void RunOutput<Real>::take_statistics() {
+  const Channel<Real>& channel = simulation_.channel();
+  const int every = settings_.statistics.every;
+  if (channel.step() % every == 0 && channel.time() >= settings_.statistics.from)
+    statistics_->sample(view_of(channel), simulation_.spheres(), every * channel.last_time_step());
+}
+
+template <class Real>
+void RunOutput<Real>::after_step() {
+  if (statistics_) simulation_.timing().measure(statistics_phase_, [&] { take_statistics(); });
+  simulation_.timing().measure(phase_, [&] {
+    const Channel<Real>& channel = simulation_.channel();
+    warn_of_new_spheres();
+    worst_residual_ = std::fmax(worst_residual_, simulation_.momentum_residual());
+    boundary_.loops_sum += channel.forcing_loops();
+    ++boundary_.steps;
+    if (channel.step() % settings_.output.history_every == 0) write_history();
+    if (spheres_due_.due(channel.time(), channel.time_step())) write_spheres();
+    if (settings_.output.fixed_every > 0.0 && fixed_due_.due(channel.time(), channel.time_step()))
+      write_fixed_forces();
+    if (settings_.output.fields_every > 0.0 &&
+        fields_due_.due(channel.time(), channel.time_step())) {
+      fields_.write(view_of(channel));
+      fields_step_ = channel.step();
+    }
+    if (first_rank_) progress_->update(progress_state());
+  });
+}
+
+template <class Real>
+void RunOutput<Real>::finish(const std::string& time_line, const std::string& state,
+                             bool measure_bandwidth) {
+  const MPI_Comm comm = simulation_.channel().comm();
+  FlowStatistics flow;
+  simulation_.timing().measure(phase_, [&] {
+    if (history_step_ != simulation_.channel().step()) write_history();
+    if (settings_.output.fixed_every == 0.0) write_fixed_forces();
+    if (fields_step_ != simulation_.channel().step())
+      fields_.write(view_of(std::as_const(simulation_).channel()));
+    if (statistics_ && statistics_->samples() > 0) {
+      flow = statistics_->result();
+      on_first_rank(comm, [&] { write_statistics(folder_, flow); });
+    }
+    on_first_rank(comm, [&] {
+      commit_link(state, folder_ + "/state.h5");
+      if (spheres_) spheres_->flush();
+      write_text_file(folder_ + "/timeline.csv", time_line);
+    });
+  });
+  const std::vector<TimingRow> times = simulation_.timing().reduce(comm);
+  const std::string effects = effects_table(effects_with_shares(times));
+  const std::vector<PhaseRow> phase_times = phases();
+  const double bandwidth = measure_bandwidth ? triad_bandwidth(comm) : 0.0;
+  on_first_rank(comm, [&] {
+    write_timing(folder_, times);
+    write_phases(folder_, phase_times, bandwidth);
+    progress_->finish(progress_state());
+    if (flow.samples > 0) fmt::print("\n{}", statistics_summary(flow));
+    fmt::print("\n{}\n{}\n{}\n{}Output: {}\n", timing_table(times),
+               phase_table(phase_times, bandwidth), effects, slip_summary(), folder_);
+  });
+}
+
+template <class Real>
+std::string RunOutput<Real>::slip_summary() const {
+  if (!simulation_.channel().immersed_boundary() || boundary_.rows == 0 || boundary_.steps == 0)
+    return "";
+  const double u = settings_.reference.velocity;
+  return fmt::format(
+      "No-slip error at the markers over the run, in reference.velocity: {:.2g} (root mean "
+      "square), "
+      "{:.2g} (largest); {:.3g} forcing loops a stage.\n\n",
+      boundary_.rms_sum / static_cast<double>(boundary_.rows) / u, boundary_.largest / u,
+      boundary_.loops_sum / static_cast<double>(boundary_.steps));
+}
+
+template <class Real>
+std::vector<EffectRow> RunOutput<Real>::effects_with_shares(
+    std::span<const TimingRow> times) const {
+  const Channel<Real>& channel = simulation_.channel();
+  MarkerSeconds mine;
+  if (channel.immersed_boundary()) mine = channel.immersed_boundary()->seconds();
+  std::array<double, 4> sums{mine.placing, mine.first_loops, mine.extra_loops, mine.interior};
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 4, MPI_DOUBLE, MPI_SUM, channel.comm());
+  for (double& sum : sums) sum /= channel.decomposition().ranks();
+  std::vector<EffectRow> effects = effects_;
+  add_shares(effects, times, {sums[0], sums[1], sums[2], sums[3]}, simulation_.grain_seconds());
+  return effects;
+}
+
+template <class Real>
+std::vector<PhaseRow> RunOutput<Real>::phases() const {
+  const Channel<Real>& channel = simulation_.channel();
+  return phase_rows(channel.clock(),
+                    {.cells = channel.grid().cell_count(),
+                     .stages = 3.0 * static_cast<double>(channel.step() - first_step_),
+                     .real_bytes = sizeof(Real),
+                     .old_pressure = channel.immersed_boundary() != nullptr,
+                     .implicit_diffusion = diffusion_is_implicit(settings_, channel.grid())},
+                    channel.comm());
+}
+
+template <class Real>
+void RunOutput<Real>::write_spheres() {
+  if (!spheres_) return;
+  const Channel<Real>& channel = simulation_.channel();
+  spheres_->sample(channel.step(), channel.time(), simulation_.gather_mobile(),
+                   simulation_.gather_mean_loads());
+}
+
+template <class Real>
+std::vector<SphereLoad> RunOutput<Real>::fixed_forces() const {
+  const bool no_step_yet = simulation_.channel().step() == first_step_;
+  return no_step_yet ? fixed_forces_before_ : simulation_.gather_fixed_forces();
+}
+
+template <class Real>
+void RunOutput<Real>::write_fixed_forces() {
+  const Channel<Real>& channel = simulation_.channel();
+  const std::vector<SphereLoad> forces = fixed_forces();
+  if (!spheres_ || forces.empty()) return;
+  spheres_->sample_fixed(channel.step(), channel.time(), forces,
+                         settings_.output.fixed_every == 0.0);
+}
+
+template <class Real>
+void RunOutput<Real>::write_history() {
+  const HistoryRow row = history_row();
+  if (first_rank_) history_->add(row);
+  boundary_.largest = std::max(boundary_.largest, row.slip_max);
+  boundary_.rms_sum += row.slip_rms;
+  ++boundary_.rows;
+  worst_residual_ = 0.0;
+  history_step_ = row.step;
+}
+
+template <class Real>
+HistoryRow RunOutput<Real>::history_row() const {
+  Channel<Real>& channel = simulation_.channel();
+  const Slip slip = channel.slip();
+  const bool no_residual = std::isnan(simulation_.momentum_residual());
+  const double driving = channel.driving_force();
+  const std::array<double, 2> wall_stress = channel.wall_stress();
+  Vec3 on_fixed = Vec3::Zero();
+  for (const SphereLoad& force : simulation_.gather_fixed_forces()) on_fixed += force.force;
+  return {
+      .step = channel.step(),
+      .time = channel.time(),
+      .dt = channel.last_time_step(),
+      .cfl = channel.cfl(),
+      .bulk_velocity = channel.bulk_velocity(),
+      .driving = driving,
+      .kinetic_energy = channel.kinetic_energy() / channel.grid().volume(),
+      .dissipation = channel.viscous_loss() / channel.grid().volume(),
+      .forcing_work = simulation_.energy_work().forcing,
+      .projection_work = simulation_.energy_work().projection,
+      .old_pressure_work = simulation_.energy_work().old_pressure,
+      .u_tau_driving =
+          u_tau_of_driving(driving, settings_.reference.height, settings_.fluid.density),
+      .wall_stress_lower = wall_stress[0],
+      .wall_stress_upper = wall_stress[1],
+      .max_divergence = channel.max_divergence(),
+      .slip_max = slip.max,
+      .slip_rms = slip.rms,
+      .forcing_loops = channel.forcing_loops(),
+      .mobile_spheres = simulation_.mobile_count(),
+      .momentum_residual = no_residual ? std::numeric_limits<double>::quiet_NaN() : worst_residual_,
+      .fixed_force_x = on_fixed.x(),
+      .fixed_force_y = on_fixed.y(),
+      .fixed_force_z = on_fixed.z()};
+}
+
+template <class Real>
+ProgressState RunOutput<Real>::progress_state() const {
+  const Channel<Real>& channel = simulation_.channel();
+  ProgressState state;
+  state.step = channel.step();
+  state.time = channel.time();
+  state.end = settings_.time.end;
+  state.last_step = last_step_;
+  state.cfl = channel.cfl();
+  state.bulk_velocity = channel.bulk_velocity();
+  if (spheres_) state.mobile_spheres = simulation_.mobile_count();
+  if (simulation_.collisions() >= 0) state.collisions = simulation_.collisions();
+  return state;
+}
+
+template class RunOutput<float>;
+template class RunOutput<double>;
+
+}  // namespace bedload

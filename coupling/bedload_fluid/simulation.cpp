@@ -1,0 +1,267 @@
+#include "coupling/bedload_fluid/simulation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "coupling/exchange/stages.hpp"
+#include "fluid/channel/diagnostics.hpp"
+#include "fluid/channel/runge_kutta.hpp"
+#include "fluid/grid/block_map.hpp"
+#include "fluid/grid/diffusion_limit.hpp"
+#include "fluid/immersed_boundary/gather.hpp"
+#include "fluid/settings/errors.hpp"
+#include "fluid/validation/validate.hpp"
+
+namespace bedload {
+
+static_assert(DemSteps{}.in_stage.size() == stage_count);
+
+template <class Real>
+Simulation<Real>::Phases::Phases(Timing& timing, bool spheres, bool coupled) {
+  if (spheres) {
+    predictor = timing.add_phase("fluid predictor");
+    markers = timing.add_phase("markers");
+    if (coupled) exchange = timing.add_phase("exchange");
+    pressure = timing.add_phase("pressure");
+    if (coupled) waiting = timing.add_phase("waiting for LIGGGHTS");
+  } else {
+    flow = timing.add_phase("predictor and pressure");
+  }
+  closing = timing.add_phase("end of the step");
+}
+
+template <class Real>
+Simulation<Real>::Simulation(const Settings& settings, MPI_Comm comm, FluidSide* partner,
+                             std::span<const SphereState> spheres, const Cuts& cuts)
+    : channel_(settings, comm, spheres, cuts),
+      partner_(partner),
+      phases_(timing_, partner != nullptr || !spheres.empty(), partner != nullptr),
+      spheres_(spheres.begin(), spheres.end()),
+      changes_(channel_.grid()) {
+  changes_.update(spheres_);
+  account_.kinds = kinds_of(spheres_);
+  account_.mobile = std::count_if(spheres_.begin(), spheres_.end(),
+                                  [](const SphereState& s) { return s.mobile; });
+  if (partner_) partner_->divide(block_map(channel_.grid(), channel_.decomposition()));
+}
+
+// The Runge-Kutta stages of one step. While the pressure is solved, which needs nothing of the
+// grains, LIGGGHTS moves them by the loads of the same stage, in 8, 2 and 5 steps of its own. With
+// one exchange per step they stand still until the last stage, and then move by the mean of the
+// loads.
+template <class Real>
+void Simulation<Real>::make_step(bool last) {
+  begin_step();
+  if (partner_ && partner_->renewal_due()) {
+    motion_.mobile = timing_.measure(phases_.waiting, [&] { return partner_->receive_renewed(); });
+    timing_.measure(phases_.markers, [&] { move_spheres(); });
+  }
+  for (int stage = 0; stage < stage_count; ++stage) {
+    if (spheres_.empty() && !partner_) {
+      timing_.measure(phases_.flow, [&] {
+        channel_.predict(stage);
+        channel_.project(stage);
+      });
+      continue;
+    }
+    timing_.measure(phases_.predictor, [&] { channel_.predict(stage); });
+    double other = 0.0;
+    follow_energy(other);
+    follow_old_pressure(stage);
+    loads_ = timing_.measure(phases_.markers, [&] { return channel_.force_spheres(stage); });
+    follow_energy(work_.forcing);
+    check_loads();
+    add_to_mean(stage);
+    const bool exchange = partner_ && partner_->dem_steps().exchange_in(stage);
+    if (exchange)
+      timing_.measure(phases_.exchange, [&] {
+        partner_->send_loads(stage, channel_.time_step(), last, loads_to_send());
+      });
+    timing_.measure(phases_.pressure, [&] { channel_.project(stage); });
+    follow_energy(work_.projection);
+    if (!exchange) continue;
+    motion_ = timing_.measure(phases_.waiting, [&] { return partner_->receive_motion(); });
+    timing_.measure(phases_.markers, [&] { move_spheres(); });
+    take_note();
+  }
+  timing_.measure(phases_.closing, [&] {
+    channel_.finish_step();
+    if (auto* boundary = channel_.immersed_boundary())
+      fixed_impulses_ = boundary->take_fixed_impulses();
+    if (partner_) {
+      const double kinds = account_.kinds;
+      account_ = partner_->settle();
+      spheres_changed_ = account_.kinds != kinds;
+    }
+  });
+  check_momentum();
+}
+
+template <class Real>
+void Simulation<Real>::begin_step() {
+  mean_loads_.clear();
+  grain_intervals_.clear();
+  // Without spheres all stages go in one, and the flow in between is not used.
+  if (!channel_.settings().output.energy_work || (spheres_.empty() && !partner_)) return;
+  work_ = {0.0, 0.0, 0.0};
+  if (diffusion_is_implicit(channel_.settings(), channel_.grid()))
+    work_.old_pressure = std::numeric_limits<double>::quiet_NaN();
+}
+
+// work += (E - E before) / (V dt), the part of the stage that lies between having done it
+template <class Real>
+void Simulation<Real>::follow_energy(double& work) {
+  if (!channel_.settings().output.energy_work) return;
+  const double before = std::exchange(energy_, channel_.kinetic_energy());
+  work += (energy_ - before) / (channel_.grid().volume() * channel_.time_step());
+}
+
+// Explicit diffusion: the predictor moves u to u* = u + ... - dtau grad p_old. What the last term
+// gives to the energy is
+//
+//   -dtau sum grad p_old . (u + u*)/2 dV = -dtau/2 sum grad p_old . u* dV,
+//
+// since u is free of divergence: the old pressure does work only on what the predictor adds to u.
+// With implicit diffusion that term cannot be told apart: NaN.
+template <class Real>
+void Simulation<Real>::follow_old_pressure(int stage) {
+  if (!channel_.settings().output.energy_work) return;
+  const double two_alpha = runge_kutta[static_cast<std::size_t>(stage)].two_alpha;
+  work_.old_pressure -= 0.5 * two_alpha * channel_.settings().fluid.density *
+                        pressure_power_integral(channel_.velocity(), channel_.pressure(),
+                                                channel_.grid(), channel_.decomposition()) /
+                        channel_.grid().volume();
+}
+
+template <class Real>
+void Simulation<Real>::move_spheres() {
+  std::erase_if(spheres_, [](const SphereState& s) { return s.mobile; });
+  spheres_.insert(spheres_.end(), motion_.mobile.begin(), motion_.mobile.end());
+  validate(channel_.settings(), spheres_, changes_.update(motion_.mobile));
+  channel_.move_spheres(motion_.mobile);
+}
+
+/// LIGGGHTS never hears of a load that is no number.
+template <class Real>
+void Simulation<Real>::check_loads() const {
+  for (const SphereLoad& load : loads_) {
+    if (load.force.allFinite() && load.torque.allFinite()) continue;
+    const auto sphere = std::find_if(spheres_.begin(), spheres_.end(),
+                                     [&](const SphereState& s) { return s.tag == load.tag; });
+    const Vec3 cell = sphere->position / channel_.grid().h;
+    throw UserError(fmt::format(
+        "{}: after step {} (t = {:.6g}): the fluid's load on sphere {} near cell ({:.0f}, {:.0f}, "
+        "{:.0f}) is not finite; reduce 'time.step' ({}).",
+        channel_.settings().file, channel_.step(), channel_.time(), load.tag, std::floor(cell[0]),
+        std::floor(cell[1]), std::floor(cell[2]), channel_.time_step()));
+  }
+}
+
+/// Results cannot be trusted when momentum was lost between the programs, or in the
+/// fluid.
+template <class Real>
+void Simulation<Real>::check_momentum() const {
+  constexpr double most = 1e-6;  // round-off: 1e-13 in double, 6e-8 seen in single
+  const double residual = momentum_residual();
+  if (!(residual > most)) return;  // not followed: NaN
+  throw UserError(fmt::format(
+      "{}: step {} (t = {:.6g}): momentum is not balanced: what {} differs by {:.3g} of its size, "
+      "and at most {:.0e} is round-off. A fix of the LIGGGHTS script that changes the time step, "
+      "the forces or the spheres behind 'fix couple/fluid' can be the cause.",
+      channel_.settings().file, channel_.step(), channel_.time(),
+      account_.momentum_residual > most ? "the fluid gave to the spheres and what they got"
+                                        : "the flow gained and what drives it and holds it back",
+      residual, most));
+}
+
+// mean of F over the step = sum over the stages of 2 alpha_k F_k
+template <class Real>
+void Simulation<Real>::add_to_mean(int stage) {
+  const double weight = runge_kutta[static_cast<std::size_t>(stage)].two_alpha;
+  for (const SphereLoad& load : loads_) {
+    SphereLoad& mean = mean_loads_.try_emplace(load.tag, SphereLoad{load.tag}).first->second;
+    mean.force += weight * load.force;
+    mean.torque += weight * load.torque;
+  }
+}
+
+// A sphere that waits for the last stage stays on its rank, so that all its stages are here.
+template <class Real>
+std::vector<SphereLoad> Simulation<Real>::loads_to_send() const {
+  if (partner_->dem_steps().exchange_in(0)) return loads_;
+  std::vector<SphereLoad> means;
+  for (const auto& [tag, load] : mean_loads_) means.push_back(load);
+  return means;
+}
+
+template <class Real>
+void Simulation<Real>::take_note() {
+  grain_intervals_.push_back({motion_.dem_began, motion_.dem_ended});
+  grain_seconds_ += motion_.dem_ended - motion_.dem_began;
+}
+
+template <class Real>
+std::vector<SphereState> Simulation<Real>::gather_mobile() const {
+  const BlockMap blocks = block_map(channel_.grid(), channel_.decomposition());
+  std::vector<SphereState> here;
+  for (const SphereState& s : spheres_)
+    if (s.mobile && blocks.home(s.position) == channel_.decomposition().rank()) here.push_back(s);
+  return gather_on_first<SphereState>(channel_.comm(), here);
+}
+
+template <class Real>
+std::vector<SphereLoad> Simulation<Real>::gather_mean_loads() const {
+  std::vector<SphereLoad> mine, all;
+  for (const auto& [tag, load] : mean_loads_) mine.push_back(load);
+  // A sphere that changed rank in mid-step has its stages in two places.
+  for (const SphereLoad& load : gather_on_first<SphereLoad>(channel_.comm(), mine)) {
+    if (all.empty() || all.back().tag != load.tag) {
+      all.push_back(load);
+      continue;
+    }
+    all.back().force += load.force;
+    all.back().torque += load.torque;
+  }
+  return all;
+}
+
+// F = -J / dt - rho V g, J being what the markers gave to the fluid in the step
+template <class Real>
+std::vector<SphereLoad> Simulation<Real>::gather_fixed_forces() const {
+  const Settings& s = channel_.settings();
+  std::vector<SphereLoad> forces;
+  for (const SphereState& sphere : spheres_) {
+    if (sphere.mobile) continue;
+    const double mass = 4.0 / 3.0 * std::numbers::pi * std::pow(sphere.radius, 3) * s.fluid.density;
+    forces.push_back({.tag = sphere.tag, .force = -mass * Vec3(s.fluid.gravity.data())});
+  }
+  std::vector<double> given(3 * forces.size(), 0.0);
+  for (const SphereLoad& impulse : fixed_impulses_) {
+    const auto found = std::lower_bound(forces.begin(), forces.end(), impulse.tag,
+                                        [](const SphereLoad& f, auto tag) { return f.tag < tag; });
+    const auto n = static_cast<std::size_t>(found - forces.begin());
+    for (std::size_t d = 0; d < 3; ++d) given[3 * n + d] = impulse.force[static_cast<int>(d)];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, given.data(), static_cast<int>(given.size()), MPI_DOUBLE, MPI_SUM,
+                channel_.comm());
+  for (std::size_t n = 0; n < forces.size(); ++n)
+    forces[n].force -= Vec3(&given[3 * n]) / channel_.last_time_step();
+  return forces;
+}
+
+template <class Real>
+double Simulation<Real>::momentum_residual() const {
+  const double fluid = std::abs(channel_.momentum_residual());
+  if (std::isnan(fluid)) return partner_ ? account_.momentum_residual : fluid;
+  return std::max(fluid, account_.momentum_residual);
+}
+
+template class Simulation<float>;
+template class Simulation<double>;
+
+}  // namespace bedload

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "coupling/exchange/fluid_side.hpp"
+#include "fluid/channel/channel.hpp"
+#include "fluid/output/timing.hpp"
+#include "fluid/validation/sphere_changes.hpp"
+
+namespace bedload {
+
+/// Motion of the grains in LIGGGHTS behind one exchange, by the clock that both programs read [s].
+struct GrainInterval {
+  double began, ended;
+};
+
+/// Mean power per volume of the box in the last step [M/(L T^3)]; not a number unless
+/// output.energy_work asks for it.
+struct EnergyWork {
+  double forcing = std::numeric_limits<double>::quiet_NaN();
+  double projection = std::numeric_limits<double>::quiet_NaN();
+  double old_pressure = std::numeric_limits<double>::quiet_NaN();  ///< in the predictor
+};
+
+/// The flow, its spheres and, where some of them move, LIGGGHTS at the other end of the exchange:
+/// one time step of all of them.
+template <class Real>
+class Simulation {
+ public:
+  /// `partner` is nullptr without LIGGGHTS; `spheres` are all, without LIGGGHTS fixed ones.
+  /// `cuts`: the division of the box that a run which goes on had, else empty.
+  Simulation(const Settings& settings, MPI_Comm comm, FluidSide* partner,
+             std::span<const SphereState> spheres, const Cuts& cuts = {});
+
+  /// One time step; `last`: none follows. Collective.
+  void make_step(bool last);
+
+  Channel<Real>& channel() { return channel_; }
+  const Channel<Real>& channel() const { return channel_; }
+  Timing& timing() { return timing_; }
+  /// Wall clock that LIGGGHTS has spent on the grains' motion so far, as this rank's partners say
+  /// [s].
+  double grain_seconds() const { return grain_seconds_; }
+  /// What LIGGGHTS did in the last step.
+  const std::vector<GrainInterval>& grain_intervals() const { return grain_intervals_; }
+
+  /// All fixed spheres, and the mobile ones near this rank's block (at the start: all).
+  const std::vector<SphereState>& spheres() const { return spheres_; }
+  /// All mobile spheres, and force and torque on them, mean over the last step; ascending tags. On
+  /// the first rank; none on the others. Collective.
+  std::vector<SphereState> gather_mobile() const;
+  std::vector<SphereLoad> gather_mean_loads() const;
+  /// Force of the fluid on each fixed sphere, mean over the last step, buoyancy included; ascending
+  /// tags. Without what the fluid inside gains in momentum, whose mean over time is nothing.
+  /// Collective.
+  std::vector<SphereLoad> gather_fixed_forces() const;
+  std::int64_t mobile_count() const { return account_.mobile; }
+  /// Whether mobile spheres came, went or became others in the last step; the same on every rank.
+  bool spheres_changed() const { return spheres_changed_; }
+  /// Of the last step: the larger of what the fluid's streamwise momentum and what the exchange
+  /// with LIGGGHTS fails to balance by, each over its own size. Between x walls the fluid's is not
+  /// followed: that of the exchange alone, or NaN.
+  double momentum_residual() const;
+  const EnergyWork& energy_work() const { return work_; }
+  /// Finished collisions so far; -1: they are not counted.
+  std::int64_t collisions() const { return account_.collisions; }
+
+ private:
+  void begin_step();
+  void move_spheres();
+  void check_loads() const;
+  void check_momentum() const;
+  void add_to_mean(int stage);
+  std::vector<SphereLoad> loads_to_send() const;
+  void take_note();
+  void follow_energy(double& work);
+  void follow_old_pressure(int stage);
+
+  Channel<Real> channel_;
+  FluidSide* partner_;
+  Timing timing_;
+  /// In the order of a stage, so that the table reads like the time step.
+  struct Phases {
+    Phases(Timing& timing, bool spheres, bool coupled);
+    std::size_t flow = 0, predictor = 0, markers = 0, exchange = 0, pressure = 0, waiting = 0,
+                closing = 0;
+  } phases_;
+  std::vector<GrainInterval> grain_intervals_;
+  std::vector<SphereState> spheres_;
+  std::vector<SphereLoad> loads_;                  ///< of the present stage, of spheres here
+  Motion motion_;                                  ///< what LIGGGHTS answered
+  std::map<std::int64_t, SphereLoad> mean_loads_;  ///< by tag, of the last step so far
+  std::vector<SphereLoad> fixed_impulses_;         ///< on the fluid in the last step, this rank's
+  double grain_seconds_ = 0.0;
+  StepAccount account_;
+  SphereChanges changes_;
+  bool spheres_changed_ = false;
+  EnergyWork work_;
+  double energy_ = 0.0;  ///< of the flow after the last part of a stage, where it is followed
+};
+
+}  // namespace bedload

@@ -1,0 +1,228 @@
+#include "coupling/exchange/fluid_side.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <iterator>
+#include <memory>
+#include <utility>
+
+#include "coupling/exchange/handshake.hpp"
+#include "coupling/exchange/routes.hpp"
+#include "coupling/exchange/stages.hpp"
+#include "fluid/settings/errors.hpp"
+
+namespace bedload {
+namespace {
+
+/// Time that a rank spends on getting a long message out before it goes off to compute [s].
+constexpr double longest_push = 2e-3;
+
+double relative_difference(const Triple& a, const Triple& b, double size) {
+  double difference = 0.0;
+  for (std::size_t d = 0; d < 3; ++d) difference = std::max(difference, std::abs(a[d] - b[d]));
+  return difference > 0.0 ? difference / size : 0.0;
+}
+
+void add(Triple& sum, const Triple& term) {
+  for (std::size_t d = 0; d < 3; ++d) sum[d] += term[d];
+}
+
+/// What the fluid computes does not depend on which rank of LIGGGHTS holds a sphere.
+void sort_by_tag(std::vector<SphereState>& spheres) {
+  std::sort(spheres.begin(), spheres.end(),
+            [](const SphereState& a, const SphereState& b) { return a.tag < b.tag; });
+  const std::vector<SphereState>& ascending = spheres;
+  for (std::size_t i = 1; i < ascending.size(); ++i)
+    if (ascending[i].tag == ascending[i - 1].tag)
+      throw UserError(
+          fmt::format("LIGGGHTS has two atoms of tag {}; every atom needs a tag of its own.",
+                      ascending[i].tag));
+}
+
+}  // namespace
+
+double kinds_of(std::span<const SphereState> spheres) {
+  double sum = 0.0;
+  for (const SphereState& sphere : spheres) {
+    if (!sphere.mobile) continue;
+    std::uint64_t hash = fnv_start;
+    for (const std::uint64_t word :
+         {static_cast<std::uint64_t>(sphere.tag), std::bit_cast<std::uint64_t>(sphere.radius),
+          std::bit_cast<std::uint64_t>(sphere.density)})
+      hash = fnv_mixed(hash, word);
+    sum += static_cast<double>((hash ^ (hash >> 32)) & 0xffffffffULL);
+  }
+  return sum;
+}
+
+FluidSide::FluidSide(const Job& job) : job_(job), send_queue_(job.partner()) {}
+
+void FluidSide::introduce(const FluidSceneInfo& scene_info, const std::string& grains) {
+  scene_info_ = scene_info;
+  step_ = std::max<std::int64_t>(0, scene_info.restart_step);
+  const auto message =
+      std::make_shared<const Bytes>(pack(scene_info, std::span<const char>(grains)));
+  for (const int dem : target_ranks(job_.rank(), job_.size(), job_.partner_size()))
+    send_queue_.post(dem, Subject::fluid_scene_info, message);
+}
+
+PartnerScene FluidSide::meet() {
+  const Bytes bytes = receive(job_.partner(), 0, Subject::dem_scene_info);
+  PartnerScene dem;
+  dem.scene_info = unpack_header<DemSceneInfo>(bytes);
+  std::vector<char> effects;
+  unpack_items<DemSceneInfo>(bytes, effects);
+  dem.effects.assign(effects.begin(), effects.end());
+  if (const auto sentence = disagreement(scene_info_, dem.scene_info)) throw UserError(*sentence);
+
+  for (int rank = 0; rank < job_.partner_size(); ++rank) {
+    std::vector<StateRecord> records;
+    unpack_items<MotionHeader>(receive(job_.partner(), rank, Subject::spheres), records);
+    remember_owners(records, rank);
+    for (const StateRecord& record : records) dem.spheres.push_back(sphere_state(record));
+  }
+  sort_by_tag(dem.spheres);
+  const auto mobile =
+      std::count_if(dem.spheres.begin(), dem.spheres.end(), [](const auto& s) { return s.mobile; });
+  if (mobile != dem.scene_info.mobile ||
+      static_cast<std::int64_t>(dem.spheres.size()) - mobile != dem.scene_info.fixed)
+    throw UserError(
+        fmt::format("LIGGGHTS announced {} mobile and {} fixed spheres but sent {} and {}.",
+                    dem.scene_info.mobile, dem.scene_info.fixed, mobile,
+                    static_cast<std::int64_t>(dem.spheres.size()) - mobile));
+  return dem;
+}
+
+void FluidSide::remember_owners(const std::vector<StateRecord>& records, int dem) {
+  for (const StateRecord& record : records)
+    if (record.mobile != 0) owners_[record.tag] = dem;
+}
+
+void FluidSide::divide(const BlockMap& blocks) {
+  blocks_ = blocks;
+  std::vector<std::int32_t> firsts(blocks.y.begin(), blocks.y.end());
+  firsts.insert(firsts.end(), blocks.z.begin(), blocks.z.end());
+  const auto message = std::make_shared<const Bytes>(pack(
+      DivisionHeader{blocks.y_parts(), blocks.z_parts()}, std::span<const std::int32_t>(firsts)));
+  for (const int dem : target_ranks(job_.rank(), job_.size(), job_.partner_size()))
+    send_queue_.post(dem, Subject::division, message);
+  for (int dem = 0; dem < job_.partner_size(); ++dem)
+    if (receive(job_.partner(), dem, Subject::partners).front() != std::byte{0})
+      partners_.push_back(dem);
+}
+
+void FluidSide::send_loads(int stage, double time_step, bool last_step,
+                           std::span<const SphereLoad> loads) {
+  receive_renewed();  // where the caller has not asked for it
+  stage_ = stage;
+  StageSums& sums = sums_[static_cast<std::size_t>(stage)] = {};
+  const double length = dem_steps().duration(stage, time_step);
+  for (const SphereLoad& load : loads) {
+    add(sums.sent, triple(length * load.force));
+    add(sums.angular_sent, triple(length * load.torque));
+    sums.size += length * load.force.norm();
+    sums.angular_size += length * load.torque.norm();
+  }
+  post_loads({step_, stage, Order::advance, time_step, last_step ? 1 : 0, 0}, loads);
+  send_queue_.push(longest_push);
+}
+
+Motion FluidSide::receive_motion() {
+  Motion motion;
+  StageSums& sums = sums_[static_cast<std::size_t>(stage_)];
+  owners_.clear();
+  collisions_ = 0;
+  for (const int dem : partners_) {
+    const Bytes bytes = receive(job_.partner(), dem, Subject::states);
+    const auto header = unpack_header<MotionHeader>(bytes);
+    assert(header.step == step_ && header.stage == stage_);
+    std::vector<StateRecord> records;
+    unpack_items<MotionHeader>(bytes, records);
+    remember_owners(records, dem);
+    for (const StateRecord& record : records) motion.mobile.push_back(sphere_state(record));
+    add(sums.given, header.impulse);
+    add(sums.angular_given, header.angular_impulse);
+    add(sums.given, header.lost);
+    add(sums.angular_given, header.angular_lost);
+    collisions_ += header.collisions;
+    renewal_due_ = header.renewed != 0;
+    motion.dem_began =
+        dem == partners_.front() ? header.began : std::min(motion.dem_began, header.began);
+    motion.dem_ended = std::max(motion.dem_ended, header.ended);
+  }
+  sort_by_tag(motion.mobile);
+  std::vector<SphereState> here;
+  std::copy_if(motion.mobile.begin(), motion.mobile.end(), std::back_inserter(here),
+               [this](const auto& s) { return blocks_.home(s.position) == job_.rank(); });
+  mobile_ = static_cast<std::int64_t>(here.size());
+  kinds_ = kinds_of(here);
+  if (stage_ + 1 == static_cast<int>(sums_.size())) ++step_;
+  return motion;
+}
+
+std::vector<SphereState> FluidSide::receive_renewed() {
+  std::vector<SphereState> spheres;
+  if (!std::exchange(renewal_due_, false)) return spheres;
+  for (const int dem : partners_) {
+    std::vector<StateRecord> records;
+    unpack_items<MotionHeader>(receive(job_.partner(), dem, Subject::states), records);
+    remember_owners(records, dem);
+    for (const StateRecord& record : records) spheres.push_back(sphere_state(record));
+  }
+  sort_by_tag(spheres);
+  return spheres;
+}
+
+StepAccount FluidSide::settle() {
+  static_assert(sizeof(sums_) == std::tuple_size_v<decltype(sums_)> * 14 * sizeof(double));
+  struct {
+    decltype(sums_) stages;
+    double collisions, mobile, renewed, kinds;  // exact in a double
+  } all{sums_, static_cast<double>(collisions_), static_cast<double>(mobile_),
+        renewal_due_ ? 1.0 : 0.0, kinds_};
+  MPI_Allreduce(MPI_IN_PLACE, &all, sizeof(all) / sizeof(double), MPI_DOUBLE, MPI_SUM, job_.own());
+  StepAccount account;
+  for (const StageSums& s : all.stages)
+    account.momentum_residual =
+        std::max({account.momentum_residual, relative_difference(s.given, s.sent, s.size),
+                  relative_difference(s.angular_given, s.angular_sent, s.angular_size)});
+  account.collisions = all.collisions < 0.0 ? -1 : static_cast<std::int64_t>(all.collisions);
+  account.mobile = static_cast<std::int64_t>(all.mobile);
+  renewal_due_ = all.renewed > 0.0;  // also of ranks without a partner
+  account.kinds = all.kinds;
+  return account;
+}
+
+void FluidSide::order_checkpoint(const std::string& grains, std::int64_t id) {
+  post_loads({step_, 0, Order::checkpoint, 0.0, 0, 0}, {});
+  const auto message =
+      std::make_shared<const Bytes>(pack(CheckpointHeader{id}, std::span<const char>(grains)));
+  for (const int dem : target_ranks(job_.rank(), job_.size(), job_.partner_size()))
+    send_queue_.post(dem, Subject::checkpoint, message);
+  send_queue_.push(longest_push);
+}
+
+void FluidSide::await_checkpoint() {
+  for (int dem = 0; dem < job_.partner_size(); ++dem)
+    receive(job_.partner(), dem, Subject::checkpoint);
+}
+
+void FluidSide::stop() {
+  receive_renewed();
+  post_loads({step_, 0, Order::stop, 0.0, 1, 0}, {});
+  send_queue_.flush();
+}
+
+void FluidSide::post_loads(const LoadHeader& header, std::span<const SphereLoad> loads) {
+  std::unordered_map<int, std::vector<LoadRecord>> records;
+  for (const SphereLoad& load : loads) records[owners_.at(load.tag)].push_back(load_record(load));
+  for (const int dem : partners_)
+    send_queue_.post(
+        dem, Subject::loads,
+        std::make_shared<const Bytes>(pack(header, std::span<const LoadRecord>(records[dem]))));
+}
+
+}  // namespace bedload

@@ -1,0 +1,158 @@
+#include "coupling/job/run_script.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+namespace bedload {
+namespace {
+
+constexpr std::size_t most_told = 20;
+constexpr int deepest_include = 10;
+
+std::vector<std::string> words_of(const std::string& line) {
+  std::istringstream stream(line.substr(0, line.find('#')));
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) words.push_back(word);
+  return words;
+}
+
+/// `text` with ${name} replaced where the value is known.
+std::string substituted(std::string text, const std::map<std::string, std::string>& values) {
+  for (std::size_t at = 0; (at = text.find("${", at)) != std::string::npos;) {
+    const std::size_t end = text.find('}', at);
+    if (end == std::string::npos) break;
+    const auto known = values.find(text.substr(at + 2, end - at - 2));
+    if (known == values.end())
+      at = end;
+    else
+      text.replace(at, end - at + 1, known->second);
+  }
+  return text;
+}
+
+/// Appends the commands of a file; false: it cannot be read.
+bool append_file(const std::string& file, int depth, std::map<std::string, std::string>& values,
+                 std::vector<std::string>& lines) {
+  std::ifstream stream(file);
+  if (!stream || depth > deepest_include) return false;
+  std::string command;
+  for (std::string line; std::getline(stream, line);) {
+    command += line;
+    if (const auto last = command.find_last_not_of(" \t\r");
+        last != std::string::npos && command[last] == '&') {  // goes on in the next line
+      command.resize(last);
+      command += ' ';
+      continue;
+    }
+    const std::vector<std::string> words = words_of(std::exchange(command, ""));
+    if (words.empty()) continue;
+    // A variable that is set already keeps its value, as LIGGGHTS has it for this style.
+    if (words.size() > 3 && words[0] == "variable" && words[2] == "index")
+      values.try_emplace(words[1], substituted(words[3], values));
+    if (words.size() > 3 && words[0] == "variable" && words[2] == "string")
+      values[words[1]] = substituted(words[3], values);
+    if (words.size() == 2 && words[0] == "include" &&
+        append_file(substituted(words[1], values), depth + 1, values, lines))
+      continue;
+    lines.push_back(fmt::format("{}", fmt::join(words, " ")));
+  }
+  return true;
+}
+
+bool is_number(const std::string& word) {
+  return word.size() > 1 && word[0] == '-' &&
+         (word[1] == '.' || (word[1] >= '0' && word[1] <= '9'));
+}
+
+const std::string* value_of(const RunScript& script, const std::string& name) {
+  for (const auto& [known, value] : script.variables)
+    if (known == name) return &value;
+  return nullptr;
+}
+
+/// Lines of `a` that `b` does not have as often.
+std::vector<std::string> only_in(const std::vector<std::string>& a,
+                                 const std::vector<std::string>& b) {
+  std::map<std::string, int> left;
+  for (const std::string& line : b) ++left[line];
+  std::vector<std::string> only;
+  for (const std::string& line : a)
+    if (--left[line] < 0) only.push_back(line);
+  return only;
+}
+
+}  // namespace
+
+void RunScript::save(const SaveGroup& group) const {
+  group.text("script", fmt::format("{}", fmt::join(lines, "\n")));
+  std::string text;
+  for (const auto& [name, value] : variables) text += fmt::format("{} {}\n", name, value);
+  group.text("variables", text);
+}
+
+void RunScript::load(const LoadGroup& group) {
+  std::istringstream script(group.text("script")), texts(group.text("variables"));
+  for (std::string line; std::getline(script, line);) lines.push_back(line);
+  for (std::string line; std::getline(texts, line);) {
+    const std::size_t blank = line.find(' ');
+    variables.emplace_back(line.substr(0, blank), line.substr(blank + 1));
+  }
+}
+
+RunScript read_run_script(const std::vector<std::string>& words) {
+  RunScript script;
+  std::string file;
+  for (std::size_t n = 1; n < words.size(); ++n) {
+    if ((words[n] == "-in" || words[n] == "-i") && n + 1 < words.size()) file = words[++n];
+    if (words[n] != "-var" && words[n] != "-v") continue;
+    if (n + 1 >= words.size()) break;
+    const std::string& name = words[++n];
+    std::string value;
+    while (n + 1 < words.size() && (words[n + 1][0] != '-' || is_number(words[n + 1])))
+      value += (value.empty() ? "" : " ") + words[++n];
+    if (!value_of(script, name)) script.variables.emplace_back(name, value);
+  }
+  std::map<std::string, std::string> values(script.variables.begin(), script.variables.end());
+  append_file(file, 0, values, script.lines);
+  return script;
+}
+
+std::vector<std::string> missing_variables(const RunScript& before, const RunScript& now) {
+  std::vector<std::string> words;
+  for (const auto& [name, values] : before.variables) {
+    if (value_of(now, name)) continue;
+    words.insert(words.end(), {"-var", name});
+    for (const std::string& value : words_of(values)) words.push_back(value);
+  }
+  return words;
+}
+
+std::vector<std::string> differences(const RunScript& before, const RunScript& now) {
+  std::vector<std::string> sentences;
+  for (const auto& [name, value] : now.variables) {
+    const std::string* const old = value_of(before, name);
+    if (name == "out" || name == "inputs" || (old && *old == value)) continue;
+    sentences.push_back(fmt::format("the variable '{}' is {}, in the run before {}", name, value,
+                                    old ? *old : "it was not set on the command line"));
+  }
+  const auto more = only_in(now.lines, before.lines), gone = only_in(before.lines, now.lines);
+  for (const std::string& line : gone)
+    sentences.push_back(fmt::format("the script has no more '{}'", line));
+  for (const std::string& line : more)
+    sentences.push_back(fmt::format("the script has '{}', which the run before had not", line));
+  if (more.empty() && gone.empty() && now.lines != before.lines)
+    sentences.push_back("the script has its lines in another order");
+  if (sentences.size() > most_told) {
+    const std::size_t rest = sentences.size() - most_told;
+    sentences.resize(most_told);
+    sentences.push_back(fmt::format("and {} more differences of the script", rest));
+  }
+  return sentences;
+}
+
+}  // namespace bedload

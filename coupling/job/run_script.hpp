@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fluid/checkpoint/group.hpp"
+
+namespace bedload {
+
+/// What a person gave LIGGGHTS for a run: the script and the variables of the command line. Goes
+/// into each checkpoint, so that a run that goes on takes its own variables and says what differs.
+struct RunScript {
+  using Variable = std::pair<std::string, std::string>;  ///< name, values with blanks between
+
+  /// The script's commands, one a line, without comments and with one blank between words; files
+  /// that it includes stand in place of the line.
+  std::vector<std::string> lines;
+  std::vector<Variable> variables;
+
+  void save(const SaveGroup& group) const;
+  void load(const LoadGroup& group);
+};
+
+/// The script and variables of LIGGGHTS' command line (-in FILE, -var NAME VALUE...). A file that
+/// cannot be read is left to LIGGGHTS to complain about.
+RunScript read_run_script(const std::vector<std::string>& words);
+
+/// Words of a command line that give LIGGGHTS those variables of `before` that `now` does not set.
+std::vector<std::string> missing_variables(const RunScript& before, const RunScript& now);
+
+/// What differs between two runs, a sentence each; `out`, where a run writes, and `inputs`, where
+/// its parts come from, may.
+std::vector<std::string> differences(const RunScript& before, const RunScript& now);
+
+}  // namespace bedload

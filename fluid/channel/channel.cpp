@@ -1,0 +1,164 @@
+#include "fluid/channel/channel.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "fluid/channel/diagnostics.hpp"
+#include "fluid/channel/start_field.hpp"
+#include "fluid/grid/diffusion_limit.hpp"
+#include "fluid/grid/division.hpp"
+#include "fluid/settings/errors.hpp"
+#include "fluid/validation/validate.hpp"
+
+namespace bedload {
+namespace {
+
+int rank_count(MPI_Comm comm) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  return ranks;
+}
+
+}  // namespace
+
+template <class Real>
+Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
+                       std::span<const SphereState> spheres, const Cuts& cuts)
+    : settings_(settings),
+      grid_(make_grid(settings)),
+      decomposition_(grid_, comm,
+                     cuts.y.empty()
+                         ? choose_cuts(grid_, spheres, rank_count(comm), settings.ranks.along_z,
+                                       settings.spheres.forcing_loops)
+                         : cuts),
+      walls_(grid_, decomposition_),
+      fields_(grid_, decomposition_.extent()),
+      velocity_(fields_[Stored::velocity]),
+      pressure_(fields_[Stored::pressure]),
+      tendency_(grid_, decomposition_.extent(), 3, 0, Ghosts::none),
+      predictor_(grid_, decomposition_, walls_, velocity_, tendency_, pressure_,
+                 tiles<Real>(grid_.cells[0], decomposition_.rows())),
+      diffusion_(diffusion_is_implicit(settings_, grid_), settings_.fluid.kinematic_viscosity,
+                 grid_, decomposition_, walls_),
+      projection_(grid_, decomposition_, walls_, velocity_, pressure_, clock_,
+                  predictor_.planes_at_once()),
+      fringe_(settings.fringe, grid_),
+      driving_(settings_),
+      limits_(settings_, grid_),
+      dt_(settings.time.step),
+      dt_made_(dt_) {
+  write_start_field(velocity_, settings_, grid_, decomposition_);
+  project_start_field();
+  if (settings_.flow.driving == Driving::bulk_velocity) {
+    const Real shift =
+        static_cast<Real>(settings_.flow.bulk_velocity -
+                          streamwise_sum(velocity_, grid_, decomposition_) / grid_.cubes());
+    for (int j = 0; j < decomposition_.planes(); ++j)
+      for (int k = 0; k < decomposition_.rows(); ++k) {
+        Real* u = velocity_.row(j, k, 0);
+        for (int i = 0; i < grid_.cells[0]; ++i) u[i] += shift;
+      }
+    walls_.close_own_planes(velocity_);
+    walls_.fill(velocity_);
+  }
+  measure_start();
+  if (!spheres.empty()) set_spheres(spheres);
+}
+
+template <class Real>
+Channel<Real>::~Channel() = default;
+
+template <class Real>
+void Channel<Real>::set_spheres(std::span<const SphereState> all) {
+  if (all.empty() && !boundary_) return;
+  check_in_cubes(settings_.file, grid_, all);
+  if (!boundary_)
+    boundary_ = std::make_unique<ImmersedBoundary<Real>>(settings_, grid_, decomposition_);
+  boundary_->set_spheres(all);
+}
+
+template <class Real>
+void Channel<Real>::move_spheres(std::span<const SphereState> moved) {
+  check_in_cubes(settings_.file, grid_, moved);
+  if (!boundary_)
+    boundary_ = std::make_unique<ImmersedBoundary<Real>>(settings_, grid_, decomposition_);
+  boundary_->move_spheres(moved);
+}
+
+template <class Real>
+void Channel<Real>::finish_step() {
+  time_ += dt_;
+  dt_made_ = dt_;
+  ++step_;
+  driving_.end_step();
+  double sums[2] = {projection_.local_sum(), budget_.local()};
+  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm());
+  fastest_ = projection_.local_fastest();
+  MPI_Allreduce(MPI_IN_PLACE, &fastest_, 1, MPI_DOUBLE, MPI_MAX, comm());
+  streamwise_sum_ = sums[0];
+  const double scale = fastest_ * grid_.cubes();
+  const double residual = budget_.residual(sums[0], sums[1]);
+  momentum_residual_ = scale > 0.0 ? residual / scale : residual;
+  choose_time_step();
+  check_field();
+}
+
+template <class Real>
+void Channel<Real>::choose_time_step() {
+  if (std::isfinite(fastest_)) dt_ = limits_.step(fastest_);
+}
+
+/// Names the first value that is not finite.
+template <class Real>
+void Channel<Real>::report_not_finite() const {
+  const BadPlace bad = find_not_finite(velocity_, decomposition_);
+  struct {
+    int missing, rank;
+  } first{bad.found ? 0 : 1, decomposition_.rank()};
+  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_2INT, MPI_MINLOC, comm());
+  int place[4] = {bad.i, bad.j, bad.k, bad.component};
+  MPI_Bcast(place, 4, MPI_INT, first.rank, comm());
+  throw UserError(fmt::format(
+      "{}: after step {} (t = {:.6g}): the {} velocity near cell ({}, {}, {}) is not finite; "
+      "reduce "
+      "'time.step' ({}).",
+      settings_.file, step_, time_, "uvw"[place[3]], place[0], place[1], place[2], dt_));
+}
+
+/// Refuses a step that is too long before the numbers turn into noise.
+template <class Real>
+void Channel<Real>::check_field() const {
+  if (!std::isfinite(streamwise_sum_) || !std::isfinite(fastest_)) report_not_finite();
+  if (limits_.allows(cfl(), dt_)) return;
+  throw UserError(
+      limits_.complaint(step_, time_, dt_, cfl(), find_fastest(velocity_, grid_, decomposition_)));
+}
+
+template <class Real>
+double Channel<Real>::max_divergence() const {
+  return largest_divergence(velocity_, grid_, decomposition_);
+}
+
+template <class Real>
+double Channel<Real>::kinetic_energy() const {
+  return settings_.fluid.density * kinetic_energy_integral(velocity_, grid_, decomposition_);
+}
+
+template <class Real>
+double Channel<Real>::viscous_loss() const {
+  return settings_.fluid.density * settings_.fluid.kinematic_viscosity / (grid_.h * grid_.h) *
+         viscous_loss_integral(velocity_, grid_, decomposition_);
+}
+
+template <class Real>
+std::array<double, 2> Channel<Real>::wall_stress() const {
+  return mean_wall_stress(velocity_, grid_, decomposition_,
+                          settings_.fluid.density * settings_.fluid.kinematic_viscosity);
+}
+
+template class Channel<float>;
+template class Channel<double>;
+
+}  // namespace bedload

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "fluid/grid/decomposition.hpp"
+#include "fluid/grid/field.hpp"
+#include "fluid/grid/grid.hpp"
+#include "fluid/settings/settings.hpp"
+
+namespace bedload {
+
+/// Mean streamwise velocity at height y of the profile that a run starts from (start.from): zero
+/// below start.height; above it, over the depth that remains, of mean start.velocity:
+///   laminar:      the parabola (or straight line, for moving walls) that the y walls ask for;
+///   logarithmic:  Reichardt's law of the wall, u+ = ln(1 + 0.4 y+)/0.4
+///                 + 7.8 (1 - exp(-y+/11) - (y+/11) exp(-y+/3))  (ZAMM 31 (1951) 208),
+///                 y+ from the nearer no-slip wall, the friction velocity found from the mean.
+class StartProfile {
+ public:
+  StartProfile(const Settings& settings, const Grid& grid);
+  double operator()(double y) const;
+
+ private:
+  double shape(double s) const;
+  double law_of_the_wall(double s) const;
+  double mean() const;
+
+  Start kind_;
+  bool lower_wall_, upper_wall_;
+  double bottom_, depth_, velocity_, viscosity_;
+  double lower_velocity_, upper_velocity_;
+  double friction_velocity_ = 0.0;
+};
+
+/// Writes profile and disturbances into the own planes of `velocity` (ghosts are left alone; the
+/// divergence is second-order small and left to a projection).
+///
+/// Disturbances, of amplitude start.disturbance * start.velocity: pairs of streamwise rolls about
+/// as wide as the flow is deep, which lift slow fluid into streaks, and random Fourier modes
+/// (start.seed) on which the streaks break up. All of them are functions of position alone, hence
+/// the same for any number of ranks.
+template <class Real>
+void write_start_field(Field<Real>& velocity, const Settings& settings, const Grid& grid,
+                       const Decomposition& decomposition);
+
+}  // namespace bedload

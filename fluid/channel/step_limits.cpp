@@ -1,0 +1,66 @@
+#include "fluid/channel/step_limits.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "fluid/channel/runge_kutta.hpp"
+#include "fluid/grid/diffusion_limit.hpp"
+#include "fluid/validation/validate.hpp"
+
+namespace bedload {
+namespace {
+
+/// Share of time.step below which a step that follows the flow ends the run: what drives the flow
+/// has no bound, and each further step would be shorter. A flow that starts at rest and is held at
+/// its velocity shortens its steps some ten times.
+constexpr double shortest_share = 0x1p-13;
+
+}  // namespace
+
+StepLimits::StepLimits(const Settings& settings, const Grid& grid)
+    : file_(settings.file),
+      follows_cfl_(settings.time.cfl != 0.0),
+      convection_(settings.fluid.convection),
+      longest_(settings.time.step),
+      cfl_(settings.time.cfl),
+      cell_(grid.h),
+      by_diffusion_(longest_),
+      shortest_(follows_cfl_ ? shortest_share * longest_ : 0.0) {
+  if (diffusion_is_implicit(settings, grid)) return;
+  by_diffusion_ = explicit_diffusion_limit(grid, settings.fluid.kinematic_viscosity);
+  shortest_ = std::min(shortest_, shortest_share * by_diffusion_);
+  check_explicit_diffusion(settings, grid);
+}
+
+double StepLimits::step(double fastest) const {
+  if (!follows_cfl_) return longest_;
+  constexpr double lengths_per_octave = 16.0;
+  const double by_convection = fastest > 0.0 ? cfl_ * cell_ / fastest : longest_;
+  const double wanted = std::min({longest_, by_diffusion_, by_convection});
+  const double n = std::ceil(lengths_per_octave * std::log2(longest_ / wanted) - 1e-9);
+  return longest_ * std::exp2(-n / lengths_per_octave);
+}
+
+bool StepLimits::allows(double cfl, double dt) const {
+  return (!convection_ || cfl <= imaginary_limit) && dt >= shortest_;
+}
+
+std::string StepLimits::complaint(std::int64_t step, double time, double dt, double cfl,
+                                  const std::array<int, 3>& cell) const {
+  if (dt < shortest_)
+    return fmt::format(
+        "{}: step {} (t = {:.6g}): 'time.cfl' = {} allows steps of {:.3g} only, {:.2g} of "
+        "'time.step', so fast is the flow near cell ({}, {}, {}), and the run would never end; "
+        "lower what drives it, or, where that speed is meant, 'time.step'.",
+        file_, step, time, cfl_, dt, dt / longest_, cell[0], cell[1], cell[2]);
+  return fmt::format(
+      "{}: step {} (t = {:.6g}): the CFL number is {:.3g} near cell ({}, {}, {}), but "
+      "the scheme is "
+      "stable only up to {:.3g}; set 'time.step' to at most {:.4g} (now {}).",
+      file_, step, time, cfl, cell[0], cell[1], cell[2], imaginary_limit,
+      dt * imaginary_limit / cfl, dt);
+}
+
+}  // namespace bedload

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "fluid/grid/grid.hpp"
+#include "fluid/grid/sphere.hpp"
+
+namespace bedload {
+
+/// Vector from `from` to `to`, the shortest one where the box is periodic.
+inline Vec3 shortest_way(const Grid& grid, const Vec3& from, const Vec3& to) {
+  Vec3 way = to - from;
+  for (int d = 0; d < 3; ++d)
+    if (grid.periodic(d)) {
+      const double length = grid.length[static_cast<std::size_t>(d)];
+      way[d] -= length * std::round(way[d] / length);
+    }
+  return way;
+}
+
+/// Calls visit(image) for `way` and its images, moved by whole periods, that are shorter than
+/// `reach`. In a narrow box a sphere may be beside another one on both sides.
+template <class Visit>
+void each_image(const Grid& grid, const Vec3& way, double reach, Visit visit) {
+  std::array<int, 3> first{}, last{};
+  for (std::size_t d = 0; d < 3; ++d) {
+    if (!grid.periodic(static_cast<int>(d))) continue;
+    const double length = grid.length[d], along = way[static_cast<Eigen::Index>(d)];
+    first[d] = static_cast<int>(std::ceil((-reach - along) / length));
+    last[d] = static_cast<int>(std::floor((reach - along) / length));
+  }
+  for (int x = first[0]; x <= last[0]; ++x)
+    for (int y = first[1]; y <= last[1]; ++y)
+      for (int z = first[2]; z <= last[2]; ++z) {
+        const Vec3 image = way + Vec3(x * grid.length[0], y * grid.length[1], z * grid.length[2]);
+        if (image.norm() < reach) visit(image);
+      }
+}
+
+/// Points sorted into cubes so that those near a place are found without looking at all.
+class SphereBins {
+ public:
+  /// Cubes of at least `edge` [L], which is best about the distance that near() is asked for.
+  SphereBins(const Grid& grid, double edge) : grid_(grid) {
+    for (std::size_t d = 0; d < 3; ++d)
+      count_[d] = std::max(1, static_cast<int>(grid.length[d] / edge));
+    bins_.resize(static_cast<std::size_t>(count_[0]) * static_cast<std::size_t>(count_[1]) *
+                 static_cast<std::size_t>(count_[2]));
+  }
+
+  void insert(const Vec3& position, int index) { bins_[number(place(position))].push_back(index); }
+
+  /// Calls visit(index) for each point within `distance` of `position`, and for some beyond.
+  template <class Visit>
+  void near(const Vec3& position, double distance, Visit visit) const {
+    const std::array<int, 3> middle = place(position);
+    std::array<std::vector<int>, 3> along;
+    for (int d = 0; d < 3; ++d)
+      along[static_cast<std::size_t>(d)] = neighbours(middle, d, distance);
+    for (const int x : along[0])
+      for (const int y : along[1])
+        for (const int z : along[2])
+          for (const int index : bins_[number({x, y, z})]) visit(index);
+  }
+
+ private:
+  std::array<int, 3> place(const Vec3& position) const {
+    std::array<int, 3> out{};
+    for (std::size_t d = 0; d < 3; ++d) {
+      const double share = position[static_cast<Eigen::Index>(d)] / grid_.length[d];
+      out[d] = std::clamp(static_cast<int>(std::floor(share * count_[d])), 0, count_[d] - 1);
+    }
+    return out;
+  }
+  std::vector<int> neighbours(const std::array<int, 3>& middle, int direction,
+                              double distance) const {
+    const auto d = static_cast<std::size_t>(direction);
+    const int most = static_cast<int>(std::ceil(distance * count_[d] / grid_.length[d]));
+    std::vector<int> out;
+    for (int m = -most; m <= most; ++m) {
+      int n = middle[d] + m;
+      if (grid_.periodic(direction)) n = ((n % count_[d]) + count_[d]) % count_[d];
+      if (n < 0 || n >= count_[d]) continue;
+      if (std::find(out.begin(), out.end(), n) == out.end()) out.push_back(n);
+    }
+    return out;
+  }
+  std::size_t number(const std::array<int, 3>& p) const {
+    return (static_cast<std::size_t>(p[1]) * static_cast<std::size_t>(count_[2]) +
+            static_cast<std::size_t>(p[2])) *
+               static_cast<std::size_t>(count_[0]) +
+           static_cast<std::size_t>(p[0]);
+  }
+
+  const Grid& grid_;
+  std::array<int, 3> count_{};
+  std::vector<std::vector<int>> bins_;
+};
+
+}  // namespace bedload

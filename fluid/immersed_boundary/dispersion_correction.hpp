@@ -1,0 +1,373 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "fluid/grid/decomposition.hpp"
+#include "fluid/grid/field.hpp"
+#include "fluid/grid/grid.hpp"
+#include "fluid/grid/sphere.hpp"
+#include "fluid/immersed_boundary/stencil.hpp"
+#include "fluid/kernels/prefetch.hpp"
+#include "fluid/kernels/simd.hpp"
+
+namespace bedload {
+
+/// How far outside a sphere, in cells, the correction below acts: as far as the forcing leaves
+/// gradients from cell to cell.
+inline constexpr double dispersion_reach = 2.0;
+
+/// How much of the correction acts in a step of length `dt`. It is a step of Euler's method, whose
+/// waves grow with the square of the way V dt in cells, and in fluid at rest around a sphere that
+/// has just been kicked it adds to velocities near the limit of the step. So it fades where the
+/// surface goes more than half a cell in a step, and is gone at a whole one.
+inline double dispersion_share(const SphereState& motion, double h, double dt) {
+  const double fastest =
+      motion.velocity.lpNorm<1>() + motion.angular_velocity.norm() * motion.radius;
+  return std::clamp(2.0 - 2.0 * fastest * dt / h, 0.0, 1.0);
+}
+
+/// The layer around a moving sphere goes with it through the grid. Central differences carry what
+/// changes from cell to cell too slowly: they give V (q' + h^2/6 q''') for V q'. So the forced
+/// layer stays behind its sphere, by V h^2/(6 nu) where that is below h, the drag pulls beside the
+/// centre, and a sphere that crosses a stream turns, which one held in the same oblique stream does
+/// not (README.md). Where the surface's motion V = U + omega x r carries the fluid, the leading
+/// error is therefore taken out of each velocity component q, for each direction d:
+///
+///   q <- q + V_d dt/(12 h) (D_+1 - D_-1),   D = q_-1 - 2 q + q_+1,
+///
+/// the difference to the central difference of fourth order. It is written as what the D of one
+/// point gives to its two neighbours along d, so that it makes no momentum. The angular momentum
+/// that it makes, -2 h V_d dt/(12 h) D per point and direction across the component, belongs to the
+/// sphere's torque on the fluid.
+///
+/// Where spheres are close to each other, a point x is corrected once: for the sphere with the
+/// smallest |x - x_p|^2 - S^2, S = R + 2 h the radius that the correction reaches to, with that
+/// one's motion, and not at all where that one is fixed. Of equal spheres it is the one whose
+/// surface is nearest. Planes part the points that spheres share, so that what is left of a row is
+/// one piece, and no point within a reach is left out.
+template <class Real>
+class DispersionCorrection {
+ public:
+  void clear() {
+    rows_.clear();
+    begins_.clear();
+  }
+
+  /// Another sphere, or an image of it, some of whose points may lie within reach.
+  struct Neighbour {
+    Vec3 way;       ///< from the sphere that is added to it, or to its image [L]
+    double radius;  ///< [L]
+    bool first;     ///< has the points on the plane between both
+  };
+
+  /// Notes this rank's points of one component that belong to a sphere, which must come sphere by
+  /// sphere with three components each. `neighbours`: all with surfaces nearer than twice the
+  /// reach.
+  void add(const Grid& grid, const Decomposition& decomposition, int component, const Vec3& centre,
+           double radius, std::span<const Neighbour> neighbours = {});
+
+  /// gain += what the points around sphere number `n` give in a stage of length `dt` [T] when it
+  /// moves as `motion` says. Returns the moment that the fluid gets of it about the sphere's
+  /// centre, velocity times cells times length. The velocity's ghosts near the sphere are valid;
+  /// what the gain's get stands for the points behind them.
+  Vec3 find(std::size_t n, const SphereState& motion, const Grid& grid, double dt,
+            const Field<Real>& velocity, Field<Real>& gain) const;
+
+  /// velocity += gain, and gain = 0, at this rank's points around a sphere that its own correction
+  /// may reach. Both fields have the same rows, ghosts apart.
+  static void give(const Vec3& centre, double radius, const Grid& grid,
+                   const Decomposition& decomposition, Field<Real>& gain, Field<Real>& velocity);
+
+ private:
+  /// Points begin .. begin + count - 1 of row (j, k) of a component.
+  struct Row {
+    int j, k, component, begin, count;
+    int x_from, x_to;       ///< those of the points that have both neighbours along x
+    bool y_inner, z_inner;  ///< whether they have both along y, and z
+    Vec3 first_place;       ///< of the first point, from the sphere's centre [L]
+  };
+
+  /// Points of one component along one direction, seen from a sphere.
+  struct Line {
+    StencilAxis axis;
+    double centre;  ///< [L]
+    double per_cell = 1.0 / axis.h;
+    double place(int n) const { return axis.origin + n * axis.h - centre; }
+    /// First and last point within `width` of the centre; beyond an end where periodic, but none
+    /// twice: those that are nearer to an image of the centre belong to that.
+    std::array<int, 2> within(double width) const { return between(-width, width); }
+    /// The same of the points between two places.
+    std::array<int, 2> between(double from, double to) const {
+      const double middle = (centre - axis.origin) * per_cell;
+      const int first = static_cast<int>(std::ceil(middle + from * per_cell));
+      const int last = static_cast<int>(std::floor(middle + to * per_cell));
+      const int period = axis.highest - axis.lowest + 1;
+      if (axis.periodic && last - first >= period) {
+        const int half = static_cast<int>(std::ceil(middle - 0.5 * period));
+        return {std::max(half, first), std::min(half + period - 1, last)};
+      }
+      if (axis.periodic) return {first, last};
+      return {std::max(first, axis.lowest), std::min(last, axis.highest)};
+    }
+    /// Of a point less than a period beyond an end.
+    int wrapped(int n) const {
+      const int period = axis.highest - axis.lowest + 1;
+      return !axis.periodic ? n : n < axis.lowest ? n + period : n > axis.highest ? n - period : n;
+    }
+    bool inner(int n) const { return axis.periodic || (n > axis.lowest && n < axis.highest); }
+  };
+
+  /// A plane between a sphere and a neighbour: the points x from its centre with way.x < bound are
+  /// the sphere's.
+  struct Plane {
+    Vec3 way;
+    double bound;
+  };
+
+  void find_planes(const Grid& grid, double radius, std::span<const Neighbour> neighbours);
+  std::array<double, 2> own_part(double y, double z, double half_width) const;
+  void add_row(const Row& start, const Line& x, const std::array<double, 2>& part);
+  static std::array<std::array<Real, 2>, 3> factors(const Row& row, const SphereState& motion,
+                                                    double scale);
+  using Vector = WideVector<Real>;
+  static constexpr int lanes = wide_width<Real>;
+  /// One sum per lane, in double.
+  using Sums [[gnu::vector_size(lanes * sizeof(double))]] = double;
+  using Unsigned = std::conditional_t<sizeof(Real) == 8, std::uint64_t, std::uint32_t>;
+  using Numbers [[gnu::vector_size(register_bytes)]] = Unsigned;
+  static double total(const Sums& sums) {
+    double all = 0.0;
+    for (int n = 0; n < lanes; ++n) all += sums[n];
+    return all;
+  }
+
+  static constexpr std::size_t rows_ahead = 6;  ///< that are asked for before their turn
+
+  std::vector<Row> rows_;
+  std::vector<std::size_t> begins_;  ///< first row of each sphere's component
+  std::vector<Plane> planes_;        ///< of the sphere that is being added
+};
+
+template <class Real>
+void DispersionCorrection<Real>::add(const Grid& grid, const Decomposition& decomposition,
+                                     int component, const Vec3& centre, double radius,
+                                     std::span<const Neighbour> neighbours) {
+  begins_.push_back(rows_.size());
+  const auto line = [&](int d) { return Line{stencil_axis(grid, component, d), centre[d]}; };
+  const Line x = line(0), y = line(1), z = line(2);
+  const double reach = radius + dispersion_reach * grid.h;
+  if (component == 0) find_planes(grid, radius, neighbours);
+  const auto [lowest, highest] = y.within(reach);
+  const auto [back, front] = z.within(reach);
+  for (int j = lowest; j <= highest; ++j)
+    for (int k = back; k <= front; ++k) {
+      const double chord = reach * reach - y.place(j) * y.place(j) - z.place(k) * z.place(k);
+      if (chord < 0.0 || !decomposition.holds(y.wrapped(j), z.wrapped(k))) continue;
+      add_row({.j = y.wrapped(j) - decomposition.first(),
+               .k = z.wrapped(k) - decomposition.first_row(),
+               .component = component,
+               .begin = 0,
+               .count = 0,
+               .x_from = 0,
+               .x_to = 0,
+               .y_inner = y.inner(j),
+               .z_inner = z.inner(k),
+               .first_place = Vec3(0.0, y.place(j), z.place(k))},
+              x, own_part(y.place(j), z.place(k), std::sqrt(chord)));
+    }
+}
+
+/// From |x|^2 - S^2 < |x - way|^2 - S'^2. Points on a plane, as far as rounding can tell, are the
+/// neighbour's if it is the first.
+template <class Real>
+void DispersionCorrection<Real>::find_planes(const Grid& grid, double radius,
+                                             std::span<const Neighbour> neighbours) {
+  planes_.clear();
+  for (const Neighbour& other : neighbours) {
+    const double own = radius + dispersion_reach * grid.h,
+                 theirs = other.radius + dispersion_reach * grid.h;
+    const double middle = 0.5 * (other.way.squaredNorm() + own * own - theirs * theirs);
+    const double margin = 1e-9 * grid.h * other.way.norm();
+    planes_.push_back({other.way, other.first ? middle - margin : middle + margin});
+  }
+}
+
+/// The sphere's part of a row (y, z), from its centre, that is cut off by all planes [L].
+template <class Real>
+std::array<double, 2> DispersionCorrection<Real>::own_part(double y, double z,
+                                                           double half_width) const {
+  double from = -half_width, to = half_width;
+  for (const auto& [way, bound] : planes_) {
+    const double left = bound - way.y() * y - way.z() * z, along = way.x();
+    if (left >= std::abs(along) * half_width) continue;  // not within reach
+    if (along > 0.0)
+      to = std::min(to, left / along);
+    else if (along < 0.0)
+      from = std::max(from, left / along);
+    else
+      to = from - 1.0;
+  }
+  return {from, to};
+}
+
+/// A row through the seam of periodic x is two.
+template <class Real>
+void DispersionCorrection<Real>::add_row(const Row& start, const Line& x,
+                                         const std::array<double, 2>& part) {
+  if (part[0] > part[1]) return;
+  const auto [first, last] = x.between(part[0], part[1]);
+  for (int begin = first; begin <= last;) {
+    Row row = start;
+    row.begin = x.wrapped(begin);
+    row.count = std::min(last - begin, x.axis.highest - row.begin) + 1;
+    row.x_from = x.inner(row.begin) ? 0 : 1;
+    row.x_to = std::max(row.x_from, x.inner(row.begin + row.count - 1) ? row.count : row.count - 1);
+    row.first_place.x() = x.place(begin);
+    begin += row.count;
+    rows_.push_back(row);
+  }
+}
+
+/// scale V_d at the row's first point, and what it gains by one cell along x.
+template <class Real>
+std::array<std::array<Real, 2>, 3> DispersionCorrection<Real>::factors(const Row& row,
+                                                                       const SphereState& motion,
+                                                                       double scale) {
+  const Vec3 &at = row.first_place, &spin = motion.angular_velocity;
+  const Vec3 turned(spin.y() * at.z() - spin.z() * at.y(), spin.z() * at.x() - spin.x() * at.z(),
+                    spin.x() * at.y() - spin.y() * at.x());
+  const Vec3 gained(0.0, spin.z(), -spin.y());  // per length along x
+  const std::array<bool, 3> inner{true, row.y_inner, row.z_inner};
+  std::array<std::array<Real, 2>, 3> factor{};
+  for (int d = 0; d < 3; ++d)
+    if (inner[static_cast<std::size_t>(d)])
+      factor[static_cast<std::size_t>(d)] = {
+          static_cast<Real>(scale * (motion.velocity[d] + turned[d])),
+          static_cast<Real>(scale * gained[d])};
+  return factor;
+}
+
+template <class Real>
+Vec3 DispersionCorrection<Real>::find(std::size_t n, const SphereState& motion, const Grid& grid,
+                                      double dt, const Field<Real>& velocity,
+                                      Field<Real>& gain) const {
+  const std::size_t end = 3 * n + 3 < begins_.size() ? begins_[3 * n + 3] : rows_.size();
+  const Real h = static_cast<Real>(grid.h);
+  const Real* velocity_origin = velocity.row(0, 0);
+  Real* origin = gain.row(0, 0);
+  const auto plane = static_cast<std::ptrdiff_t>(velocity.plane_size());
+  Vector lane{};
+  Numbers number{};
+  for (int i = 0; i < lanes; ++i)
+    number[i] = static_cast<Unsigned>(i), lane[i] = static_cast<Real>(i);
+  std::array<std::array<Sums, 3>, 3> sums{};  // by component and direction
+  for (std::size_t r = begins_[3 * n]; r < end; ++r) {
+    const Row& row = rows_[r];
+    const int count = row.count;
+    const auto gain_of = [&](const Real* there) { return origin + (there - velocity_origin); };
+    if (r + rows_ahead < end) {
+      const Row& later = rows_[r + rows_ahead];
+      const Real* next = velocity.row(later.j + 1, later.k, later.component) + later.begin;
+      ask_for(next, static_cast<std::size_t>(later.count + lanes));
+      ask_to_write(gain_of(next), static_cast<std::size_t>(later.count + lanes));
+    }
+    const auto start = [&](int k) { return velocity.row(row.j, k, row.component); };
+    const Real *q = start(row.k), *back = start(row.k - 1), *front = start(row.k + 1);
+    const Real *below = q - plane, *above = q + plane;
+    Real *here = gain_of(q), *to_below = here - plane, *to_above = here + plane,
+         *to_back = gain_of(back), *to_front = gain_of(front);
+    const auto factor = factors(row, motion, dt / (12.0 * grid.h));
+    const Real v_x = factor[0][0], v_y = factor[1][0], v_z = factor[2][0];
+    const Real more_y = factor[1][1] * h, more_z = factor[2][1] * h;
+    // from <= n < to in one comparison: what is below wraps to a large number.
+    const auto within = [](const Numbers& n, int from, int to) {
+      return n - static_cast<Unsigned>(from) < static_cast<Unsigned>(to - from);
+    };
+    const auto add = [](Real* to, const Vector& amount) { store(to, load_wide(to) + amount); };
+    auto& [along_x, along_y, along_z] = sums[static_cast<std::size_t>(row.component)];
+    // One point further than the row on either side, which get what its ends give along x; from
+    // register to register as rows begin, so that none is cut by a cache line.
+    for (int i = (row.begin - 1) & -lanes; i <= row.begin + count; i += lanes) {
+      const Vector place = lane + static_cast<Real>(i - row.begin), none{};
+      const Numbers n_th = number + static_cast<Unsigned>(i - row.begin);
+      const Vector middle = load_wide(q + i), twice = middle + middle,
+                   behind = load_wide(q + i - 1), ahead = load_wide(q + i + 1);
+      const Vector from_behind = within(n_th, row.x_from + 1, row.x_to + 1)
+                                     ? v_x * (load_wide(q + i - 2) - (behind + behind) + middle)
+                                     : none;
+      const Vector from_ahead = within(n_th, row.x_from - 1, row.x_to - 1)
+                                    ? v_x * (middle - (ahead + ahead) + load_wide(q + i + 2))
+                                    : none;
+      const auto inside = within(n_th, 0, count);
+      const Vector y =
+          inside ? (v_y + more_y * place) * (load_wide(below + i) - twice + load_wide(above + i))
+                 : none;
+      const Vector z =
+          inside ? (v_z + more_z * place) * (load_wide(back + i) - twice + load_wide(front + i))
+                 : none;
+      add(here + i, from_ahead - from_behind);
+      add(to_below + i, y);
+      add(to_above + i, -y);
+      add(to_back + i, z);
+      add(to_front + i, -z);
+      along_x += __builtin_convertvector(from_ahead, Sums);
+      along_y += __builtin_convertvector(y, Sums);
+      along_z += __builtin_convertvector(z, Sums);
+    }
+  }
+  // (r cross f)_a = r_b f_c, (r cross f)_b = -r_a f_c; a point gives -D ahead and +D behind.
+  Vec3 moment = Vec3::Zero();
+  for (int c = 0; c < 3; ++c) {
+    const int a = (c + 1) % 3, b = (c + 2) % 3;
+    const auto& of_component = sums[static_cast<std::size_t>(c)];
+    moment[a] -= 2.0 * grid.h * total(of_component[static_cast<std::size_t>(b)]);
+    moment[b] += 2.0 * grid.h * total(of_component[static_cast<std::size_t>(a)]);
+  }
+  return moment;
+}
+
+// Points of cells, whose faces are half a cell further; one cell more for the neighbours' gain.
+template <class Real>
+void DispersionCorrection<Real>::give(const Vec3& centre, double radius, const Grid& grid,
+                                      const Decomposition& decomposition, Field<Real>& gain,
+                                      Field<Real>& velocity) {
+  const auto line = [&](int d) { return Line{stencil_axis(grid, (d + 1) % 3, d), centre[d]}; };
+  const Line x = line(0), y = line(1), z = line(2);
+  const double reach = radius + (dispersion_reach + 1.5) * grid.h;
+  const auto [lowest, highest] = y.within(reach);
+  const auto [back, front] = z.within(reach);
+  for (int j = lowest; j <= highest; ++j)
+    for (int k = back; k <= front; ++k) {
+      const double chord = reach * reach - y.place(j) * y.place(j) - z.place(k) * z.place(k);
+      const int plane = y.wrapped(j), row = z.wrapped(k);
+      if (chord < 0.0 || !decomposition.holds(plane, row)) continue;
+      const auto [first, last] = x.within(std::sqrt(chord));
+      for (int begin = first; begin <= last;) {  // a row through the seam of periodic x is two
+        const int local_j = plane - decomposition.first(),
+                  local_k = row - decomposition.first_row();
+        const int from = x.wrapped(begin),
+                  count = std::min(last - begin, x.axis.highest - from) + 1;
+        for (int c = 0; c < 3; ++c) {
+          Real *u = velocity.row(local_j, local_k, c), *more = gain.row(local_j, local_k, c);
+          const auto length = static_cast<std::size_t>(count + lanes);
+          ask_to_write(u + velocity.plane_size() + from, length);
+          ask_to_write(more + gain.plane_size() + from, length);
+          // Whole registers: what lies beyond the ends is given, too, and not again.
+          for (int i = from & -lanes; i < from + count; i += lanes) {
+            store(u + i, load_wide(u + i) + load_wide(more + i));
+            store(more + i, Vector{});
+          }
+        }
+        begin += count;
+      }
+    }
+}
+
+}  // namespace bedload

@@ -1,0 +1,240 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "fluid/checkpoint/group.hpp"
+#include "fluid/grid/block_map.hpp"
+#include "fluid/grid/decomposition.hpp"
+#include "fluid/grid/field.hpp"
+#include "fluid/grid/grid.hpp"
+#include "fluid/grid/sphere.hpp"
+#include "fluid/grid/sphere_bins.hpp"
+#include "fluid/immersed_boundary/dispersion_correction.hpp"
+#include "fluid/immersed_boundary/interior.hpp"
+#include "fluid/immersed_boundary/marker_halo.hpp"
+#include "fluid/immersed_boundary/marker_layout.hpp"
+#include "fluid/immersed_boundary/marker_list.hpp"
+#include "fluid/settings/settings.hpp"
+
+namespace bedload {
+
+/// Difference between the spheres' surface velocity and the fluid's at the markers [L/T].
+struct Slip {
+  double max = 0.0;  ///< largest of any component at any marker
+  double rms = 0.0;  ///< root of the mean over markers of the squared slip vector
+};
+
+/// What the last call of force() did, over all ranks.
+struct ForcingReport {
+  int loops = 0;
+  Slip before;  ///< of the predicted velocity, before the first loop
+  Slip after;  ///< after the last loop; the last measured: `before` with one loop, unless asked for
+  Vec3 force_on_fluid = Vec3::Zero();  ///< of all markers, mean over the stage [M L/T^2]
+  Vec3 force_of_fixed = Vec3::Zero();  ///< the fixed spheres' part of it
+};
+
+/// Wall clock that this rank has spent so far [s].
+struct MarkerSeconds {
+  double placing = 0.0;      ///< finding and weighing the mobile spheres' markers
+  double first_loops = 0.0;  ///< forcing
+  double extra_loops = 0.0;
+  double interior = 0.0;  ///< momentum inside the mobile spheres
+};
+
+/// Momentum of the fluid inside a sphere that stands for the sphere's own: what was inside after
+/// the last forcing, less the impulse deferred. The momentum of fluid and spheres less
+/// this changes only by what comes from outside.
+struct SphereAccount {
+  std::int64_t tag = 0;
+  Vec3 linear = Vec3::Zero();   ///< [M L/T]
+  Vec3 angular = Vec3::Zero();  ///< about the centre as it was then [M L^2/T]
+};
+
+/// Spheres in the flow by direct forcing at Lagrangian markers (Uhlmann 2005) with repeated forcing
+/// and the momentum of the fluid inside (Kempe and Froehlich 2012); README.md has the equations and
+/// the reasons. Every call is collective over the decomposition's ranks. A rank keeps the spheres
+/// that its block is near (BlockMap) and computes the loads of those whose centre it holds; what
+/// its neighbours know of these comes to it in one message each. Once per Runge-Kutta stage, in
+/// this order:
+///
+///   move_spheres(...)       after the grains have moved
+///   start_stage(velocity)   before the momentum predictor
+///   force(velocity, dt)     on the predicted velocity
+///   loads(dt, moves)        then the pressure may be solved
+template <class Real>
+class ImmersedBoundary {
+ public:
+  /// `grid` and `decomposition` must outlive this object.
+  ImmersedBoundary(const Settings& settings, const Grid& grid, const Decomposition& decomposition);
+
+  /// All spheres of the run, the same list on every rank; fixed ones' weights are computed here,
+  /// once. Throws UserError when a tag comes twice or a radius is not positive.
+  void set_spheres(std::span<const SphereState> all);
+
+  /// The mobile spheres as they are now: all that are near this rank's block; others may be among
+  /// them. New ones may have come and old ones be gone; those that stay keep their restart data,
+  /// by tag, also where they change rank. Markers are found and weighed anew unless no mobile
+  /// sphere of the run has moved. Throws UserError as set_spheres().
+  void move_spheres(std::span<const SphereState> mobile);
+
+  /// Takes the momentum inside the mobile spheres from the velocity before the predictor.
+  void start_stage(const Field<Real>& velocity);
+
+  /// This rank's planes from the lowest up to the highest that force() may read or change, on any
+  /// rank: the velocity of those above need not be there yet.
+  int planes_reached() const {
+    // Where spheres belong to two ranks the higher one has work of its own to do meanwhile.
+    return halo_.crosses_planes() ? decomposition_.planes() : planes_reached_;
+  }
+
+  /// Adds the forcing of a stage of length `stage_step` of a step of length `step` [T] to the
+  /// velocity (three components). Ghosts of ranks and of x are made valid near spheres, other ones,
+  /// and those beyond walls, are neither used nor changed. With `measure` the slip that is left is
+  /// measured, at half a loop's cost. Ranks wait only for neighbours that have spheres in common
+  /// with them, unless a tolerance is set.
+  void force(Field<Real>& velocity, double stage_step, double step, bool measure = false);
+
+  /// How often the mobile spheres' markers were found and weighed.
+  int placings() const { return placings_; }
+  /// Loops of the last forcing; the same on every rank.
+  int loops() const { return applied_.loops; }
+  /// Force of this rank's markers on the fluid, mean over the last forcing's stage [M L/T^2]; their
+  /// sum over the ranks is the report's.
+  Vec3 force_on_fluid() const { return applied_.by_mobile + applied_.by_fixed; }
+  /// Collective.
+  ForcingReport report() const;
+
+  /// Slip of any velocity field, for instance the projected one; only reads.
+  Slip slip(const Field<Real>& velocity) const;
+
+  /// Hydrodynamic force (buoyancy included) and torque on each mobile sphere whose centre lies in
+  /// this rank's block, mean over the stage whose force() came last; ascending tags. Spheres that
+  /// move once per step get nothing in the stages without `spheres_move`, and the whole behind
+  /// them.
+  std::vector<SphereLoad> loads(double stage_step, bool spheres_move = true);
+
+  /// Impulse on the fluid that this rank's markers of each fixed sphere near its block have given
+  /// since the last call [M L/T], in `force`.
+  std::vector<SphereLoad> take_fixed_impulses();
+
+  /// Of the mobile spheres whose centre lies in this rank's block, ascending tags.
+  std::vector<SphereAccount> accounts() const;
+
+  /// Restart data of the mobile spheres: what is kept of them between stages, each from the rank
+  /// that holds its centre, and the same again on any number of ranks: each reads a share of the
+  /// file, and the spheres go to those that ask for them. Spheres that are not named begin anew,
+  /// tags that are no longer there are passed over. Collective.
+  void save(const SaveGroup& group) const;
+  void load(const LoadGroup& group);
+
+  const MarkerSeconds& seconds() const { return seconds_; }
+
+ private:
+  using Lists = std::array<MarkerList<Real>, 3>;
+  /// A rank's share of a Slip.
+  struct SlipSums {
+    double max = 0.0, squares = 0.0, markers = 0.0;
+  };
+  /// What force() gave, this rank's share.
+  struct Applied {
+    int loops = 0;
+    SlipSums before, after;
+    Vec3 by_mobile = Vec3::Zero(), by_fixed = Vec3::Zero();  ///< force on the fluid [M L/T^2]
+  };
+  /// Momentum inside a mobile sphere that its motion has not got yet, per fluid density; kept by
+  /// the rank that holds its centre.
+  struct Memory {
+    InteriorMomentum forced;                       ///< inside after the last forcing
+    InteriorMomentum deferred_impulse;             ///< of changes inside between two forcings
+    Vec3 deferred_angular_impulse = Vec3::Zero();  ///< of all kinds [L^5/T]
+    Vec3 deferred_reaction = Vec3::Zero();         ///< where spheres move once per step [L^4/T]
+    Vec3 excess_spin = Vec3::Zero();               ///< of the markers, excess_spin.hpp [1/T]
+    bool fresh = true;
+  };
+  /// What the ranks near a sphere add up for it.
+  struct Share {
+    std::array<InteriorSums, 3> before, after;
+    std::array<double, 3> applied{};  ///< velocity times cells
+    std::array<double, 3> applied_moment{};
+  };
+  struct Mobile {
+    SphereState state;
+    SphereState imposed;  ///< by its markers: with the excess spin
+    int home = 0;         ///< rank that holds its centre
+    Memory memory;
+    Share share;                         ///< this rank's
+    Vec3 carried_moment = Vec3::Zero();  ///< on the fluid by dispersion_, as share.applied_moment
+  };
+  /// By rank: indices of the spheres that are near both that rank and this one.
+  using Partners = std::map<int, std::vector<int>>;
+
+  bool set_mobile(std::span<const SphereState> all);
+  bool all_stay(bool here) const;
+  void hand_over_memories(std::vector<Mobile>& now) const;
+  void find_partners();
+  std::vector<Share> complete_shares() const;
+  double reaction_share(const SphereState& sphere) const;
+  void share_excess_spins();
+  int layout_of(double radius);
+  void place_fixed();
+  SphereBins mobile_bins();
+  void find_neighbours(std::size_t n, const SphereBins& mobile);
+  void place_mobile();
+  void find_planes_reached();
+  std::span<const int> all_of(const MarkerList<Real>& list);
+  void weigh_fixed();
+  void find_near_mobile();
+  void restore_near_mobile();
+  void weigh_mobile();
+  template <class Use>
+  SlipSums local_slip(const Field<Real>& velocity, Use use) const;
+  SlipSums find_increments(const Field<Real>& velocity);
+  bool within_tolerance(double local_max) const;
+  void correct_dispersion(Field<Real>& velocity, double stage_step, double step);
+  void sum_applied(double stage_step);
+
+  Grid grid_;
+  const Decomposition& decomposition_;
+  BlockMap blocks_;
+  double density_, retraction_, tolerance_;
+  double viscosity_;                                        ///< kinematic
+  double deferred_impulse_share_, deferred_angular_share_;  ///< that a sphere gets per stage
+  Vec3 gravity_;
+  Exchange exchange_;
+  int most_loops_;
+
+  std::vector<MarkerLayout> layouts_;  ///< one per radius
+  std::unordered_map<double, std::size_t> layout_by_radius_;
+  std::vector<SphereState> fixed_;   ///< near this rank's block
+  std::vector<Vec3> fixed_impulse_;  ///< of their markers on the fluid, since last taken [M L/T]
+  std::uint64_t fixed_fingerprint_ = 0;
+  std::vector<Mobile> mobile_;  ///< near this rank's block, ascending tags
+  Partners homes_;              ///< where shares go to
+  Partners guests_;             ///< where shares come from
+  Lists fixed_lists_, mobile_lists_;
+  DispersionCorrection<Real> dispersion_;  ///< around the mobile spheres
+  std::vector<typename DispersionCorrection<Real>::Neighbour> neighbours_;  ///< of one sphere
+  double largest_mobile_ = 0.0;                                             ///< radius [L]
+  InteriorCells interior_;  ///< of the mobile spheres, three components each
+  std::array<std::vector<Real>, 3> fixed_row_sums_;  ///< of fixed markers among themselves
+  std::optional<SphereBins> fixed_bins_;
+  double largest_fixed_ = 0.0;                   ///< radius [L]
+  std::array<std::vector<int>, 3> near_mobile_;  ///< fixed markers within reach of mobile ones
+  MarkerHalo halo_;                              ///< rows of all spheres
+  MarkerHalo mobile_halo_;                       ///< rows of mobile spheres
+  std::vector<int> indices_;                     ///< 0, 1, 2, ...
+  Field<Real> scratch_;  ///< planes up to the highest sphere; zero between calls
+  int planes_reached_ = 0;
+  int placings_ = 0;
+  bool stage_started_ = false;
+  Applied applied_;
+  MarkerSeconds seconds_;
+};
+
+}  // namespace bedload

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <cmath>
+#include <optional>
+
+#include "fluid/grid/grid.hpp"
+#include "fluid/settings/settings.hpp"
+
+namespace bedload {
+
+/// Dimensionless numbers of an open-channel flow over spheres, as Vowinckel, Kempe & Froehlich
+/// define them ("Impact of collision models on particle transport in open channel flow").
+
+/// Re_b = u_b H / nu
+constexpr double bulk_reynolds(double velocity, double height, double viscosity) {
+  return velocity * height / viscosity;
+}
+
+/// Re_tau = u_tau H / nu; with a diameter in place of the depth D+, with a cell's edge h+.
+constexpr double friction_reynolds(double u_tau, double length, double viscosity) {
+  return u_tau * length / viscosity;
+}
+
+/// Fr = (rho_p - rho_f) g H / (rho_f u_b^2)
+constexpr double froude(double sphere_density, double density, double gravity, double height,
+                        double velocity) {
+  return (sphere_density - density) * gravity * height / (density * velocity * velocity);
+}
+
+/// S = u_tau^2 rho_f / ((rho_p - rho_f) g D)
+constexpr double shields(double u_tau, double density, double sphere_density, double gravity,
+                         double diameter) {
+  return u_tau * u_tau * density / ((sphere_density - density) * gravity * diameter);
+}
+
+/// Re = u D / nu of a sphere that falls freely and steadily: weight and drag of Schiller and
+/// Naumann (1933), 18 Re (1 + 0.15 Re^0.687) = Ga^2 with Ga^2 = |rho_p/rho_f - 1| g D^3 / nu^2.
+inline double falling_reynolds(double density_ratio, double gravity, double diameter,
+                               double viscosity) {
+  const double galileo_squared = std::abs(density_ratio - 1.0) * gravity * diameter * diameter *
+                                 diameter / (viscosity * viscosity);
+  double re = 0.0;
+  for (int n = 0; n < 60; ++n)  // falls by half of its error or faster
+    re = 0.5 * (re + galileo_squared / (18.0 * (1.0 + 0.15 * std::pow(re, 0.687))));
+  return re;
+}
+
+/// Cells in the boundary layer D/sqrt(Re) of a sphere.
+inline double cells_per_layer(double cells_per_diameter, double reynolds) {
+  return cells_per_diameter / std::sqrt(reynolds);
+}
+
+/// u dt / h
+constexpr double courant(double velocity, double time_step, double h) {
+  return velocity * time_step / h;
+}
+
+/// nu dt / h^2
+constexpr double diffusion_number(double viscosity, double time_step, double h) {
+  return viscosity * time_step / (h * h);
+}
+
+/// u_tau that balances a driving force G per volume over the depth H:  rho u_tau^2 = G H
+inline double u_tau_of_driving(double driving, double height, double density) {
+  return std::sqrt(std::abs(driving) * height / density);
+}
+
+/// u_tau of turbulent flow over a smooth wall, Dean (J. Fluids Eng. 100, 1978, 215):
+/// 2 u_tau^2 / u_b^2 = 0.073 (2 H u_b / nu)^(-1/4). A bed of spheres is rougher: a lower estimate.
+inline double u_tau_smooth_wall(double velocity, double height, double viscosity) {
+  return velocity *
+         std::sqrt(0.0365 * std::pow(2.0 * bulk_reynolds(velocity, height, viscosity), -0.25));
+}
+
+/// Where u_tau was taken from.
+enum class FrictionSource { driving, smooth_wall };
+
+/// The numbers of one scene; those without a value do not apply to it (no spheres, no gravity).
+struct DerivedNumbers {
+  double cell = 0.0;              ///< h [L]
+  double reynolds_bulk = 0.0;     ///< Re_b
+  double cells_per_diameter = 0;  ///< D/h
+  double cfl_at_start = 0.0;      ///< u_b dt/h
+  double diffusion = 0.0;         ///< nu dt/h^2
+  FrictionSource u_tau_source = FrictionSource::smooth_wall;
+  double u_tau = 0.0;                      ///< [L/T]
+  double reynolds_friction = 0.0;          ///< Re_tau
+  double diameter_wall_units = 0.0;        ///< D+
+  double cell_wall_units = 0.0;            ///< of the height of the lowest cells
+  std::optional<double> density_ratio;     ///< rho_p / rho_f
+  std::optional<double> froude;            ///< Fr
+  std::optional<double> shields;           ///< S
+  std::optional<double> falling_reynolds;  ///< of a sphere that falls freely
+  std::optional<double> cells_per_layer;   ///< in its boundary layer
+};
+
+/// All numbers that follow from the settings, with u_b, H, D and rho_p from reference.*. The
+/// friction velocity is that of a constant driving force, or the smooth-wall estimate.
+inline DerivedNumbers derive_numbers(const Settings& s) {
+  const auto& [velocity, height, diameter, sphere_density] = s.reference;
+  const double viscosity = s.fluid.kinematic_viscosity;
+  DerivedNumbers n;
+  n.cell = s.grid.length[0] / s.grid.cells[0];
+  n.reynolds_bulk = bulk_reynolds(velocity, height, viscosity);
+  n.cells_per_diameter = diameter / n.cell;
+  n.cfl_at_start = courant(velocity, s.time.step, n.cell);
+  n.diffusion = diffusion_number(viscosity, s.time.step, n.cell);
+  if (s.flow.driving == Driving::pressure_gradient || s.flow.driving == Driving::gravity) {
+    n.u_tau_source = FrictionSource::driving;
+    n.u_tau = u_tau_of_driving(s.constant_driving(), height, s.fluid.density);
+  } else {
+    n.u_tau = u_tau_smooth_wall(velocity, height, viscosity);
+  }
+  n.reynolds_friction = friction_reynolds(n.u_tau, height, viscosity);
+  n.diameter_wall_units = friction_reynolds(n.u_tau, diameter, viscosity);
+  n.cell_wall_units = friction_reynolds(n.u_tau, n.cell * make_grid(s).thickness(0), viscosity);
+  const double gravity = std::hypot(s.fluid.gravity[0], s.fluid.gravity[1], s.fluid.gravity[2]);
+  if (sphere_density > 0.0) n.density_ratio = sphere_density / s.fluid.density;
+  if (sphere_density > s.fluid.density && gravity > 0.0) {
+    n.froude = froude(sphere_density, s.fluid.density, gravity, height, velocity);
+    n.shields = shields(n.u_tau, s.fluid.density, sphere_density, gravity, diameter);
+    n.falling_reynolds = falling_reynolds(*n.density_ratio, gravity, diameter, viscosity);
+    n.cells_per_layer = cells_per_layer(n.cells_per_diameter, *n.falling_reynolds);
+  }
+  return n;
+}
+
+}  // namespace bedload

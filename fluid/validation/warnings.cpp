@@ -1,0 +1,139 @@
+#include "fluid/validation/warnings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace bedload {
+namespace {
+
+/// Beyond this height of the lowest cells in wall units [u_tau dy / nu] near-wall turbulence falls
+/// through the grid: its smallest eddies measure a few wall units.
+constexpr double highest_cell = 5.0;
+/// Courant number of the first step that leaves room for gusts below the scheme's limit of sqrt(3).
+constexpr double brisk_courant = 1.0;
+/// Ratio of masses from which on a contact is entered deeper than it should be: 3 is well, 8 is not
+/// (the cases pinned and size_ratio of the study of stability).
+constexpr double masses_apart = 8.0;
+
+/// Cells in the boundary layer D/sqrt(Re) of a falling sphere below which drag has not been
+/// validated: settling at Ga 144 is 0.3 % slow with 0.59 (`./bedload study validation choices`).
+constexpr double thinnest_layer = 0.5;
+
+/// A contact of actm is as stiff as its own two spheres ask for, whatever leans on them.
+void warn_of_unequal_masses(const Settings& s, std::span<const SphereState> spheres,
+                            std::vector<std::string>& found) {
+  double lightest = std::numeric_limits<double>::infinity(), heaviest = 0.0;  // over 4 pi/3
+  for (const SphereState& sphere : spheres) {
+    if (!sphere.mobile || sphere.density == 0.0) continue;
+    const double mass = std::pow(sphere.radius, 3) * sphere.density;
+    lightest = std::min(lightest, mass);
+    heaviest = std::max(heaviest, mass);
+  }
+  if (heaviest < masses_apart * (1.0 - 1e-9) * lightest) return;
+  found.push_back(fmt::format(
+      "{}: the heaviest mobile sphere has {:.3g} times the mass of the lightest; one that gets "
+      "between such a sphere and a wall or the bed is entered up to four times as deep as in a "
+      "collision of equals (./bedload study stability --case pinned, --case size_ratio); reduce "
+      "'time.step' where that matters, to which the depth is proportional.",
+      s.file, heaviest / lightest));
+}
+
+/// Along a periodic direction nothing can hold the fluid up against gravity but a pressure gradient
+/// that nobody asked for. In a box without walls, where spheres settle, it is what is meant.
+void warn_of_slope(const Settings& s, std::vector<std::string>& found) {
+  const std::array ends{s.boundary.x, s.boundary.y, s.boundary.z};
+  if (std::all_of(ends.begin(), ends.end(), [](const auto& e) { return e[0] == Wall::periodic; }))
+    return;
+  for (std::size_t d = 0; d < 3; ++d) {
+    if (s.fluid.gravity[d] == 0.0 || ends[d][0] != Wall::periodic) continue;
+    if (d == 0 && s.flow.driving == Driving::gravity) continue;
+    found.push_back(fmt::format(
+        "{}: 'fluid.gravity' has the part {} along {}, which is periodic: it moves no fluid, as if "
+        "a pressure gradient held it, and gives the spheres buoyancy{}.",
+        s.file, s.fluid.gravity[d], "xyz"[d],
+        d == 0 ? "; for a flow down a slope set 'flow.driving' = \"gravity\"" : ""));
+  }
+}
+
+/// Of all mobile spheres the one whose boundary layer in free fall is thinnest.
+std::optional<std::string> thin_layer(const Settings& s, std::span<const SphereState> spheres) {
+  const auto& g = s.fluid.gravity;
+  const double gravity = std::hypot(g[0], g[1], g[2]), h = s.grid.length[0] / s.grid.cells[0];
+  double least = std::numeric_limits<double>::infinity(), fastest = 0.0;
+  for (const SphereState& sphere : spheres) {
+    if (!sphere.mobile || sphere.density == 0.0) continue;
+    const double diameter = 2.0 * sphere.radius;
+    const double re = falling_reynolds(sphere.density / s.fluid.density, gravity, diameter,
+                                       s.fluid.kinematic_viscosity);
+    const double cells = cells_per_layer(diameter / h, re);
+    if (cells >= least) continue;
+    least = cells;
+    fastest = re;
+  }
+  if (least >= thinnest_layer) return std::nullopt;
+  return fmt::format(
+      "falling freely a mobile sphere would have Re = {:.3g} and a boundary layer D/sqrt(Re) of "
+      "{:.2g} cells; with 0.6 its drag has been found right (./bedload study validation choices); "
+      "take more 'grid.cells' or a smaller Reynolds number.",
+      fastest, least);
+}
+
+}  // namespace
+
+std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbers) {
+  std::vector<std::string> found;
+  const auto no_effect = [&](const char* key, const char* condition) {
+    found.push_back(
+        fmt::format("{}: '{}' is set, but has no effect without {}.", s.file, key, condition));
+  };
+  if (s.flow.driving != Driving::none && numbers.cell_wall_units > highest_cell)
+    found.push_back(fmt::format(
+        "{}: the lowest cells are {:.2g} wall units high (Re_tau = {:.3g}), and turbulence near "
+        "the bed "
+        "is not resolved above about {}; take more 'grid.cells' or a smaller Reynolds number.",
+        s.file, numbers.cell_wall_units, numbers.reynolds_friction, highest_cell));
+  if (s.time.cfl == 0.0 && s.flow.driving != Driving::none && numbers.cfl_at_start > brisk_courant)
+    found.push_back(
+        fmt::format("{}: 'time.step' = {} carries the flow {:.2g} cells a step, and gusts go "
+                    "further: the limit is 1.7; take a shorter step or 'time.cfl'.",
+                    s.file, s.time.step, numbers.cfl_at_start));
+  if (s.flow.bulk_velocity != 0.0 && s.flow.driving != Driving::bulk_velocity)
+    no_effect("flow.bulk_velocity", "flow.driving = \"bulk_velocity\"");
+  if (s.flow.pressure_gradient != 0.0 && s.flow.driving != Driving::pressure_gradient)
+    no_effect("flow.pressure_gradient", "flow.driving = \"pressure_gradient\"");
+  const bool profile = s.start.from == Start::laminar || s.start.from == Start::logarithmic;
+  if (s.start.disturbance != 0.0 && !profile)
+    no_effect("start.disturbance", "start.from = \"laminar\" or \"logarithmic\"");
+  if (!s.start.file.empty() && s.start.from != Start::state)
+    no_effect("start.file", "start.from = \"state\"");
+  if (s.start.velocity != 0.0 && !profile)
+    no_effect("start.velocity", "start.from = \"laminar\" or \"logarithmic\"");
+  if (s.start.height != 0.0 && !profile)
+    no_effect("start.height", "start.from = \"laminar\" or \"logarithmic\"");
+  if (s.fringe.rate == 0.0) {
+    if (s.fringe.begin != 0.0) no_effect("fringe.begin", "'fringe.rate' above 0");
+    if (s.fringe.velocity != 0.0) no_effect("fringe.velocity", "'fringe.rate' above 0");
+  }
+  warn_of_slope(s, found);
+  if (s.spheres.slip_tolerance > 0.0 && s.spheres.forcing_loops == 1)
+    no_effect("spheres.slip_tolerance", "'spheres.forcing_loops' above 1");
+  if (s.statistics.every > 0 && s.statistics.from >= s.time.end)
+    found.push_back(
+        fmt::format("{}: 'statistics.from' = {} is not before 'time.end' = {}: none will be taken.",
+                    s.file, s.statistics.from, s.time.end));
+  return found;
+}
+
+std::vector<std::string> warnings(const Settings& s, std::span<const SphereState> spheres) {
+  std::vector<std::string> found;
+  warn_of_unequal_masses(s, spheres, found);
+  if (const auto sentence = thin_layer(s, spheres)) found.push_back(s.file + ": " + *sentence);
+  return found;
+}
+
+}  // namespace bedload

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+namespace LAMMPS_NS {
+class Fix;
+class LAMMPS;
+}  // namespace LAMMPS_NS
+
+namespace bedload {
+
+/// Which contact models tell a fix of ours what they see: that of the pairs, and those of which
+/// walls. They report when a run is initialised, the pairs first.
+class ContactObservers {
+ public:
+  /// @param wall fix of the wall; none: the pairs
+  void add(const LAMMPS_NS::Fix* wall);
+
+  /// From the fix's init(): ends the run with one sentence if the pairs have not reported.
+  void check_pairs(LAMMPS_NS::LAMMPS* lmp, std::string_view style);
+
+  /// From its setup(), when all walls are initialised: the same for a wall that spheres of the
+  /// fix's group may meet. Collective.
+  void check_walls(LAMMPS_NS::LAMMPS* lmp, std::string_view style, int groupbit) const;
+
+ private:
+  bool pairs_ = false;
+  std::vector<const LAMMPS_NS::Fix*> walls_;
+};
+
+}  // namespace bedload

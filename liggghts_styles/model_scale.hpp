@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string_view>
+
+#include "liggghts_styles/fluid_values.hpp"
+
+namespace LAMMPS_NS {
+class LAMMPS;
+}
+
+namespace bedload {
+
+/// A length or a time of a collision model: as the script gives it, the same on any grid, or so
+/// many of the fluid's cells or steps, which then change with the grid.
+struct ModelScale {
+  std::string_view style;    ///< "normal model actm"
+  std::string_view what;     ///< "collision time", of what
+  std::string_view keyword;  ///< that gives it absolutely
+  std::string_view unit;     ///< of the fluid: "cells" or "time steps"
+  double given;              ///< by that keyword [L or T], 0: not given
+  double count;              ///< so many of the fluid's otherwise
+
+  bool follows_grid() const { return given == 0; }
+  /// [L or T]. @param of_fluid its cell or step
+  double value(const FluidValue& of_fluid) const {
+    return follows_grid() ? count * of_fluid.get() : given;
+  }
+};
+
+/// At the start of a run: writes "scale: STYLE: WHAT = VALUE" to LIGGGHTS' log, and where the scale
+/// follows the grid of a coupled fluid a line "NOTE: ..." to screen and log.
+void tell_scale(LAMMPS_NS::LAMMPS* lmp, const ModelScale& scale, const FluidValue& of_fluid);
+
+/// A line "WARNING: STYLE: SENTENCE" on screen and log.
+void warn(LAMMPS_NS::LAMMPS* lmp, std::string_view style, std::string_view sentence);
+
+}  // namespace bedload

@@ -1,0 +1,75 @@
+"""What is checked at the start is checked always: a LIGGGHTS script that makes another scene behind its first
+coupled_run, or lets a fix make one in the middle of it, meets the same rules and sentences."""
+
+import pytest
+
+from pocket import changed_jobs, check_refused
+
+MOTION = "fix             motion grains nve/sphere"
+VELOCITY = "velocity        grains set 0.7 -0.6 0.05 units box"
+SMALL = """fix small all particletemplate/sphere 32452843 atom_type 2 density constant 2.5 radius constant 0.1
+fix mixture all particledistribution/discrete 49979687 1 small 1
+region corner block 3 3.6 2 2.6 1 1.6 units box
+fix insert grains insert/pack seed 67867967 distributiontemplate mixture insert_every 15 overlapcheck yes &
+ all_in yes particles_in_region 1 region corner
+"""
+
+
+def between(lines):
+    """Two coupled runs with some lines between them."""
+    return "\ncoupled_run", f"\ncoupled_run steps 1\n{lines}\ncoupled_run"
+
+
+def before(lines):
+    return "\ncoupled_run", f"\n{lines}\ncoupled_run"
+
+
+# What is changed in the scene `pocket`, and words of the sentence.
+REFUSED = {
+    "change_box": (between("change_box all x final 0 5 units box"),
+                   ["since the coupled_run before", "along x is [0, 4]", "[0, 5]"]),
+    "deform": (before("fix grow all deform 1 x scale 1.5"), ["along x is [0, 4]", "No fix may change it"]),
+    "dt/reset": (before("fix reset all dt/reset 3 NULL 0.0005 0.01 units box"),
+                 ["time step of LIGGGHTS is 0.0005", "makes it 0.00133333", "dt/reset"]),
+    "gravity": (between("unfix weight\nfix weight all gravity 0.7 vector 0 -1 0"),
+                ["since the coupled_run before", "(0, -0.5, 0)", "(0, -0.7, 0)"]),
+    "too small": (between("set atom 9 diameter 0.2"), ["atom 9", "1.6 cells across"]),
+    "larger than the box": (between("set atom 10 diameter 2.1"), ["atom 10", "2.1", "only 2 long along z"]),
+    "too light": (between("set atom 9 density 0.1"), ["atom 9", "density 0.1", "from 0.3 on"]),
+    "created in another": (between("create_atoms 2 single 1.9 1.5 1.1 units box\n"
+                                   "set group grains density 2.5"),
+                           ["atoms 9 and 11", "overlap"]),
+    "set into another": (between("set atom 10 x 2.0 y 1.75 z 1.1"), ["overlap", "at most 0.5"]),
+    "inserted too small": (before(SMALL), ["atom 11", "1.6 cells across"]),
+    "integrator gone": (between("unfix motion"), ["atom 9 is mobile and has a speed", "nve/sphere"]),
+    "no integrator": ((MOTION, ""), ["atom 9 is mobile and has a speed", "nve/sphere"]),
+}  # fmt: skip
+
+WARNED = {
+    "grains that nothing moves": ((f"{VELOCITY}", "velocity grains set 0 0 0 units box"), (MOTION, "")),
+    "unequal grains later": (between("set atom 10 diameter 1.0 density 25"),),
+}
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    cases = {case: (change,) for case, (change, _) in REFUSED.items()} | WARNED
+    return changed_jobs(tmp_path_factory.mktemp("changed"), cases, steps=4)
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused(results, case):
+    check_refused(results[case], REFUSED[case][1])
+
+
+def test_grains_that_nothing_moves_are_warned_of(results):
+    result = results["grains that nothing moves"]
+    assert result.status == 0, result.output
+    assert result.output.count("no fix moves it, so that it stays where it is") == 1
+
+
+def test_a_warning_comes_when_the_spheres_call_for_it(results):
+    """Ten times the mass of the other one, from the second coupled_run on."""
+    result = results["unequal grains later"]
+    assert result.status == 0, result.output
+    assert result.output.count("10 times the mass of the lightest") == 1

@@ -1,0 +1,72 @@
+"""What a LIGGGHTS script may hold beside the fluid, and what it reads of it: mean loads in thermo output,
+spheres that move as prescribed, no pair style."""
+
+import h5py
+import numpy as np
+import pytest
+
+from pocket import SCENE, job, numbers
+
+MOTION = "fix             motion grains nve/sphere"
+DT = 0.02
+
+
+def run_script(folder, *changes, options=("--steps", "5"), ranks=(1, 1)):
+    text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
+    for found, given in changes:
+        assert found in text
+        text = text.replace(found, given)
+    folder.mkdir(exist_ok=True)
+    (folder / "in.liggghts").write_text(text, encoding="utf-8")
+    return job(folder / "out", *options, script=folder / "in.liggghts", ranks=ranks)
+
+
+@pytest.mark.parametrize("exchange", ["stage", "step"])
+def test_thermo_shows_the_mean_of_the_step(tmp_path, exchange):
+    """f_fluid[1..6] against the means in spheres.h5; f_fluid[7..12] is the last stage's, another number."""
+    words = " ".join(f"${{f{n}}}" for n in range(1, 13))
+    variables = "\n".join(f"variable f{n} equal f_fluid[{n}]" for n in range(1, 13))
+    lines = f'{variables}\nfix loads all print 15 "{words}" file ${{out}}/loads.txt screen no title "loads"\n'
+    result = run_script(tmp_path, ("thermo ", lines + "thermo "), ranks=(1, 2),
+                        options=("--steps", "5", "--set", f"coupling.exchange={exchange}",
+                                 "--set", f"output.spheres_every={DT}"))  # fmt: skip
+    assert result.status == 0, result.output
+    # The first row is printed before the first step.
+    shown = np.loadtxt(tmp_path / "out" / "loads.txt", skiprows=1)[-5:]
+    spheres = numbers(tmp_path / "out" / "spheres.h5")
+    for n, step in enumerate(range(1, 6)):
+        now = spheres["mobile/step"] == step
+        wanted = np.concatenate([spheres[f"mobile/{name}"][now].sum(axis=0) for name in ("force", "torque")])
+        np.testing.assert_allclose(shown[n, :6], wanted, rtol=1e-5, atol=1e-6)  # printed with 6 digits
+        stage = np.abs(shown[n, 6:9] - wanted[:3]).max() / np.abs(wanted[:3]).max()
+        assert bool(stage > 1e-3) is (exchange == "stage")
+
+
+def test_spheres_that_move_as_prescribed(tmp_path):
+    """x = x0 + v t, in the fluid as in LIGGGHTS; the fluid sees the velocity."""
+    result = run_script(tmp_path, (MOTION, "fix motion grains move linear 0.5 0.0 0.0 units box"))
+    assert result.status == 0, result.output
+    with h5py.File(tmp_path / "out" / "spheres.h5") as file:
+        mobile = {name: data[:] for name, data in file["mobile"].items()}
+    for tag, start in ((9, 1.95), (10, 3.3)):
+        own = mobile["tag"] == tag
+        np.testing.assert_allclose(mobile["position"][own, 0], start + 0.5 * mobile["time"][own], rtol=1e-12)
+        np.testing.assert_allclose(mobile["velocity"][own][1:], [[0.5, 0.0, 0.0]] * 5, atol=1e-14)
+        assert (np.abs(mobile["force"][own][1:, 0]) > 1e-3).all()
+
+
+def test_prescribed_motion_wants_one_time_step(tmp_path):
+    result = run_script(tmp_path, (MOTION, "fix motion grains move linear 0.5 0.0 0.0 units box"),
+                        options=("--steps", "20", "--set", "time.cfl=0.35", "--set", "time.step=0.04"))
+    assert result.status != 0
+    assert "fix move (motion) knows one time step only" in result.output
+
+
+def test_no_pair_style_is_needed(tmp_path):
+    text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
+    without = [line for line in text.splitlines()
+               if not line.startswith(("pair_", "fix             lubrication", "fix             floor",
+                                       "fix             table"))]  # fmt: skip
+    result = run_script(tmp_path, (text, "\n".join(without) + "\n"))
+    assert result.status == 0, result.output
+    assert "collisions" in result.output and "no pair_style" in result.output

@@ -1,0 +1,70 @@
+"""Numbers in a LIGGGHTS script that no machine minds and that make no sense beside the fluid: refused
+with one sentence, or warned of. Those of fluid.toml alone are in tests/fluid/settings/test_bad_settings.cpp, those of
+the hand-shake in test_exchange.py."""
+
+import pytest
+
+from pocket import changed_jobs, check_refused
+
+GRAIN = "create_atoms    2 single 3.3 2.0 0.5 units box"
+VELOCITY = "velocity        grains"
+
+
+def grain(*places):
+    return (GRAIN, "\n".join(f"create_atoms 2 single {place} units box" for place in places))
+
+
+# What is changed in the scene `pocket`, and words of the sentence.
+REFUSED = {
+    "in another grain": (grain("2.05 1.8 1.1"), ["atoms 9 and 10", "overlap by 0.888", "at most 0.5"]),
+    "in the same place": (grain("1.95 1.75 1.1"), ["atoms 9 and 10", "overlap by 1, "]),
+    "in another across a periodic end": (grain("3.9 2.0 0.5", "0.1 2.0 0.5"), ["overlap by 0.8"]),
+    "in a fixed one": (grain("0.5 0.9 0.5"), ["overlap by 0.6"]),
+    "in the upper wall": (grain("3.3 2.9 0.5"), ["atom 10", "y = 2.9", "0.4 deep in the upper wall"]),
+    "moved out of the box": (
+        (VELOCITY, "displace_atoms grains move 0 1.6 0 units box\n" + VELOCITY),
+        ["atom 9 at (1.95, 3.35, 1.1)", "has left the box"],
+    ),
+    "under the floor": ((VELOCITY, "set atom 9 y -3\n" + VELOCITY), ["atom 9", "has left the box"]),
+    "too small for the cells": (("diameter 1.0", "diameter 0.4"), ["3.2 cells", "at least 4"]),
+    "larger than the box": (("diameter 1.0", "diameter 2.5"), ["2.5", "only 2 long along z"]),
+    "lighter than the scheme carries": (("density 2.5", "density 0.2"), ["density 0.2", "from 0.3 on"]),
+    "too fast": ((VELOCITY + " set 0.7", VELOCITY + " set 5000"), ["atom 9", "'time.step'"]),
+    "smallest gap above the range": (
+        ("all lubrication", "all lubrication gapMin 0.6"),
+        ["gapMin of 0.6 radii is a gap of 0.3", "the range 0.25"],
+    ),
+    "restitution above one": (("2 0.9 0.9 0.9 0.9", "2 0.9 0.9 0.9 1.1"), ["between 0.01 and 1", "1.1"]),
+    "friction below zero": (("0.15 0.15 0.15 0.15", "0.15 0.15 0.15 -1"), ["coefficientFriction", "-1"]),
+    "another box": (("block 0 4 0 3 0 2 units box\ncreate_box", "block 0 4 0 3.5 0 2 units box\ncreate_box"),
+                    ["along y is [0, 3]", "[0, 3.5]"]),
+}  # fmt: skip
+
+
+NOT_MADE = {"beyond x": grain("5.3 2.0 0.5"), "beyond y": grain("3.3 3.2 0.5")}
+A_SKIN = grain("2.75 1.75 1.1")
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    changes = {case: change for case, (change, _) in REFUSED.items()} | NOT_MADE | {"a skin": A_SKIN}
+    cases = {case: (change,) for case, change in changes.items()}
+    return changed_jobs(tmp_path_factory.mktemp("senseless"), cases, steps=2)
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused(results, case):
+    check_refused(results[case], REFUSED[case][1])
+
+
+@pytest.mark.parametrize("case", NOT_MADE)
+def test_a_grain_that_is_not_made_is_warned_of(results, case):
+    """LIGGGHTS makes no atom outside the box, and says so only in its log."""
+    assert results[case].status == 0, results[case].output
+    assert "WARNING: a create_atoms has made no atom" in results[case].output
+    assert "1 mobile spheres" in results[case].output
+
+
+def test_a_skin_of_overlap_is_taken(results):
+    """Grains a little in each other are a dense start, not a mistake."""
+    assert results["a skin"].status == 0, results["a skin"].output

@@ -1,0 +1,51 @@
+// How long the programs of a job wait for each other at the start, by what mpirun or srun tells
+// them.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "coupling/job/start_limit.hpp"
+
+namespace bedload {
+namespace {
+
+/// The limit where the environment has these variables of mpirun and Slurm, and no others.
+double limit(const std::vector<std::pair<std::string, std::string>>& environment) {
+  for (const char* name :
+       {"OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_LOCAL_SIZE", "SLURM_STEP_NUM_TASKS",
+        "SLURM_STEP_TASKS_PER_NODE", "BEDLOAD_START_LIMIT"})
+    ::unsetenv(name);
+  for (const auto& [name, value] : environment) ::setenv(name.c_str(), value.c_str(), 1);
+  return start_limit_in_seconds();
+}
+
+constexpr double several_machines = 120.0;
+
+TEST(StartLimit, KnowsSeveralMachines) {
+  EXPECT_EQ(limit({{"OMPI_COMM_WORLD_SIZE", "8"}, {"OMPI_COMM_WORLD_LOCAL_SIZE", "4"}}),
+            several_machines);
+  EXPECT_EQ(limit({{"SLURM_STEP_NUM_TASKS", "8"}, {"SLURM_STEP_TASKS_PER_NODE", "4(x2)"}}),
+            several_machines);
+  EXPECT_EQ(limit({{"SLURM_STEP_NUM_TASKS", "7"}, {"SLURM_STEP_TASKS_PER_NODE", "4,3"}}),
+            several_machines);
+}
+
+TEST(StartLimit, IsShortOnOne) {
+  const double one = limit({});
+  EXPECT_GE(one, 7.0);
+  // Mpirun on one machine within a batch job of several steps on many.
+  EXPECT_NE(limit({{"OMPI_COMM_WORLD_SIZE", "2"},
+                   {"OMPI_COMM_WORLD_LOCAL_SIZE", "2"},
+                   {"SLURM_STEP_NUM_TASKS", "8"},
+                   {"SLURM_STEP_TASKS_PER_NODE", "4(x2)"}}),
+            several_machines);
+  EXPECT_NE(limit({{"SLURM_STEP_NUM_TASKS", "2"}, {"SLURM_STEP_TASKS_PER_NODE", "2"}}),
+            several_machines);
+  EXPECT_EQ(limit({{"SLURM_STEP_NUM_TASKS", "8"}, {"BEDLOAD_START_LIMIT", "3"}}), 3.0);
+}
+
+}  // namespace
+}  // namespace bedload

@@ -1,0 +1,334 @@
+// Every key of fluid.toml, as `bedload-fluid --help-keys` lists them, with wrong values; and texts
+// that random changes have spoiled. Nothing but a sentence may come of it.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <regex>
+#include <sstream>
+
+#include "fluid/immersed_boundary/sphere_file.hpp"
+#include "fluid/settings/errors.hpp"
+#include "fluid/settings/settings.hpp"
+#include "fluid/validation/validate.hpp"
+#include "fluid/validation/warnings.hpp"
+
+namespace bedload {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+struct Key {
+  std::string name, allowed, usual;
+};
+
+/// All keys with what is allowed and the default, as the program prints them.
+std::vector<Key> all_keys() {
+  std::vector<Key> keys;
+  std::istringstream lines(describe_keys());
+  std::string name, meaning, rest;
+  while (std::getline(lines, name) && std::getline(lines, meaning) && std::getline(lines, rest)) {
+    const auto allowed = rest.find("; "), usual = rest.rfind("; default ");
+    keys.push_back({name, rest.substr(allowed + 2, usual - allowed - 2), rest.substr(usual + 10)});
+  }
+  return keys;
+}
+
+const std::vector<std::string> good{"grid.cells=[8, 8, 8]", "grid.length=[1.0, 1.0, 1.0]",
+                                    "fluid.kinematic_viscosity=0.01", "time.step=0.1",
+                                    "time.end=1.0"};
+
+/// The sentence about `good` with `key` set to `value`; "" when it is accepted.
+std::string complaint(const std::string& key, const std::string& value) {
+  std::vector<std::string> lines = good;
+  lines.push_back(key + "=" + value);
+  try {
+    validate(parse_settings("", "fluid.toml", lines));
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+bool is_list(const Key& key) { return key.usual.starts_with("["); }
+
+TEST(BadSettings, ThereAreKeys) { EXPECT_GT(all_keys().size(), 50u); }
+
+TEST(BadSettings, WrongTypesNameKeyFoundAndAllowed) {
+  for (const Key& key : all_keys())
+    for (const char* value :
+         {"true", "1979-05-27", "{a = 1}", "[[1.0]]", "nan", "inf", "\"fats\""}) {
+      const bool text = key.allowed == "text" && value[0] == '"';
+      if (text) continue;
+      EXPECT_THAT(complaint(key.name, value),
+                  AllOf(HasSubstr("fluid.toml"), HasSubstr(key.name), HasSubstr("must be")))
+          << key.name << " = " << value;
+    }
+}
+
+TEST(BadSettings, NumbersOutOfRange) {
+  const std::regex interval(R"(([\[(])([-+0-9.e]+), ([-+0-9.e]+)\])"),
+      from(R"((above|at least) (\S+))");
+  int bounds = 0;
+  for (const Key& key : all_keys()) {
+    std::vector<double> outside;
+    std::smatch match;
+    if (std::regex_search(key.allowed, match, interval)) {
+      const double low = std::stod(match[2]), high = std::stod(match[3]);
+      outside = {match[1] == "(" ? low : low - 1.0, high + 1.0};
+    } else if (std::regex_search(key.allowed, match, from)) {
+      const double low = std::stod(match[2]);
+      outside = {match[1] == "above" ? low : low - 1.0, -1e300};
+    }
+    const bool whole = key.usual.find_first_of(".e\"") == std::string::npos;
+    for (const double value : outside) {
+      if (whole && std::abs(value) > 1e15) continue;
+      std::string text = fmt::format("{}", value);
+      if (!whole && text.find_first_of(".e") == std::string::npos) text += ".0";
+      if (is_list(key)) text = fmt::format("[{0}, {0}, {0}]", text);
+      EXPECT_THAT(complaint(key.name, text),
+                  AllOf(HasSubstr("'" + key.name + "'"), HasSubstr("must be")))
+          << text << ", allowed: " << key.allowed;
+      ++bounds;
+    }
+  }
+  EXPECT_GT(bounds, 40);
+}
+
+TEST(BadSettings, UnknownKeysAreOfferedTheNearest) {
+  for (const Key& key : all_keys()) {
+    std::string mistyped = key.name;
+    std::swap(mistyped[mistyped.size() - 1], mistyped[mistyped.size() - 2]);
+    if (mistyped == key.name || mistyped.back() == '.') mistyped = key.name + key.name.back();
+    EXPECT_THAT(complaint(mistyped, "1"), AllOf(HasSubstr("unknown key '" + mistyped + "'"),
+                                                HasSubstr("'" + key.name + "'")));
+  }
+}
+
+TEST(BadSettings, MissingKeysAreNamed) {
+  int required = 0;
+  for (const Key& key : all_keys()) {
+    if (key.allowed.find("required") == std::string::npos) continue;
+    ++required;
+    std::vector<std::string> lines;
+    for (const std::string& line : good)
+      if (!line.starts_with(key.name + "=")) lines.push_back(line);
+    try {
+      parse_settings("", "fluid.toml", lines);
+      ADD_FAILURE() << key.name;
+    } catch (const UserError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("'" + key.name + "' is missing"));
+    }
+  }
+  EXPECT_EQ(required, 5);
+}
+
+TEST(BadSettings, NumbersThatNoMachineCanCompute) {
+  EXPECT_THAT(complaint("time.step", "1e-300"), AllOf(HasSubstr("'time.end'"), HasSubstr("steps")));
+  EXPECT_THAT(complaint("grid.cells", "[1048576, 1048576, 1048576]"), HasSubstr("cells in all"));
+  EXPECT_THAT(complaint("time.cfl", "5.0"), HasSubstr("'time.cfl' is 5.0"));
+  EXPECT_THAT(complaint("time.cfl", "1e-9"), HasSubstr("'time.cfl' is 1e-09, but must be 0"));
+  EXPECT_THAT(complaint("start.height", "7.0"), HasSubstr("'start.height' is 7, but the box"));
+}
+
+/// The TOML library reads such keys by a recursion that would overflow the stack.
+TEST(BadSettings, KeysOfAnyDepthAreRefused) {
+  std::string deep = "a";
+  for (int n = 0; n < 50000; ++n) deep += ".a";
+  const auto sentence = [](const std::string& text, const std::vector<std::string>& overrides) {
+    try {
+      parse_settings(text, "fluid.toml", overrides);
+    } catch (const UserError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  for (const std::string& text : {deep + " = 1", "[" + deep + "]", "x = {" + deep + " = 1}"})
+    EXPECT_THAT(sentence(text, {}), AllOf(HasSubstr("fluid.toml, line 1"), HasSubstr("100 parts")));
+  EXPECT_THAT(sentence("", {deep + "=1"}), HasSubstr("100 parts"));
+  std::string list = "statistics.spectra_heights = [0.1";
+  for (int n = 0; n < 300; ++n) list += ", 0.1";
+  EXPECT_THAT(sentence(list + "]", good), "");
+}
+
+/// A pipe, and a device without end, where a file is meant.
+TEST(BadSettings, OnlyOrdinaryFilesAreRead) {
+  const std::string pipe = testing::TempDir() + "bedload_pipe";
+  ::unlink(pipe.c_str());
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::string& file : {pipe, std::string("/dev/zero"), std::string("/")}) {
+    try {
+      read_settings(file);
+      ADD_FAILURE() << file;
+    } catch (const UserError& error) {
+      EXPECT_THAT(error.what(), AllOf(HasSubstr(file), HasSubstr("an ordinary file")));
+    }
+    try {
+      read_spheres(file, make_grid(parse_settings("", "fluid.toml", good)));
+      ADD_FAILURE() << file;
+    } catch (const UserError& error) {
+      EXPECT_THAT(error.what(), AllOf(HasSubstr(file), HasSubstr("an ordinary file")));
+    }
+  }
+  ::unlink(pipe.c_str());
+}
+
+/// What is typed behind --set needs no quotes where the shell would eat them.
+TEST(BadSettings, BareWordsStandForTexts) {
+  std::vector<std::string> lines = good;
+  for (const char* line :
+       {"fluid.convection=off", "boundary.y = no_slip", "title=./a-b.c", "start.from=rest"})
+    lines.push_back(line);
+  const Settings s = parse_settings("", "fluid.toml", lines);
+  EXPECT_FALSE(s.fluid.convection);
+  EXPECT_EQ(s.boundary.y[1], Wall::no_slip);
+  EXPECT_EQ(s.title, "./a-b.c");
+  EXPECT_THAT(complaint("fluid.convection", "of"), HasSubstr("must be one of \"on\", \"off\""));
+  EXPECT_THAT(complaint("time.end", "soon"), HasSubstr("must be a number"));
+}
+
+TEST(BadSettings, AMisnamedRequiredKeyIsShown) {
+  std::vector<std::string> lines = good;
+  std::replace(lines.begin(), lines.end(), std::string("time.step=0.1"),
+               std::string("time.stepp=0.1"));
+  try {
+    parse_settings("", "fluid.toml", lines);
+    ADD_FAILURE();
+  } catch (const UserError& error) {
+    EXPECT_THAT(error.what(),
+                AllOf(HasSubstr("'time.step' is missing"), HasSubstr("'time.stepp', which")));
+  }
+}
+
+/// Gravity down a slope drives as a pressure gradient of the same force does.
+TEST(BadSettings, GravityDrivesWhereItIsToldTo) {
+  EXPECT_THAT(complaint("flow.driving", "\"gravity\""), HasSubstr("has no x part"));
+  std::vector<std::string> lines = good;
+  for (const char* line :
+       {"flow.driving=gravity", "fluid.gravity=[0.25, -9.0, 0.0]", "fluid.density=3.0"})
+    lines.push_back(line);
+  const Settings s = parse_settings("", "fluid.toml", lines);
+  validate(s);
+  EXPECT_EQ(s.constant_driving(), 0.75);
+  EXPECT_EQ(derive_numbers(s).u_tau_source, FrictionSource::driving);
+}
+
+/// Allowed, but probably a mistake: a warning each, and none for a scene that makes sense.
+TEST(BadSettings, WarningsAreGiven) {
+  const auto spoken = [](std::vector<std::string> more) {
+    std::vector<std::string> lines = good;
+    lines.insert(lines.end(), more.begin(), more.end());
+    const Settings s = parse_settings("", "fluid.toml", lines);
+    std::string all;
+    for (const std::string& warning : warnings(s, derive_numbers(s))) all += warning + "\n";
+    return all;
+  };
+  const std::string driven = "flow.driving=\"bulk_velocity\"";
+  EXPECT_EQ(spoken({driven, "flow.bulk_velocity=1.0"}), "");
+  EXPECT_THAT(spoken({driven, "fluid.kinematic_viscosity=1e-4"}), HasSubstr("wall units"));
+  EXPECT_THAT(spoken({driven, "time.step=0.2"}), HasSubstr("1.6 cells a step"));
+  EXPECT_THAT(spoken({"flow.bulk_velocity=1.0"}), HasSubstr("'flow.bulk_velocity'"));
+  EXPECT_THAT(spoken({"flow.pressure_gradient=1.0"}), HasSubstr("'flow.pressure_gradient'"));
+  EXPECT_THAT(spoken({"start.disturbance=0.1"}), HasSubstr("'start.disturbance'"));
+  EXPECT_THAT(spoken({"spheres.slip_tolerance=0.1"}), HasSubstr("'spheres.forcing_loops'"));
+  EXPECT_THAT(spoken({"start.file=flow.h5"}), HasSubstr("'start.file'"));
+  EXPECT_THAT(spoken({"start.velocity=1.0"}), HasSubstr("'start.velocity'"));
+  EXPECT_THAT(spoken({"fringe.begin=0.5"}), HasSubstr("'fringe.begin'"));
+  EXPECT_THAT(spoken({"fluid.gravity=[0.1, -1.0, 0.0]"}),
+              HasSubstr("'flow.driving' = \"gravity\""));
+  EXPECT_THAT(spoken({"fluid.gravity=[0.0, -1.0, 0.1]"}), HasSubstr("0.1 along z"));
+  EXPECT_EQ(spoken({"fluid.gravity=[0.1, -1.0, 0.0]", "flow.driving=gravity"}), "");
+  EXPECT_THAT(spoken({"statistics.every=1", "statistics.from=2.0"}),
+              HasSubstr("'statistics.from'"));
+}
+
+/// The scenes that come with the program give none.
+TEST(BadSettings, ScenesThatAreShippedAreNotWarnedOf) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(BEDLOAD_INPUTS))
+    if (entry.path().extension() == ".toml") {
+      const Settings s = read_settings(entry.path().string());
+      validate(s);
+      EXPECT_THAT(warnings(s, derive_numbers(s)), testing::IsEmpty()) << entry.path();
+    }
+}
+
+/// Texts of all scenes with a few random changes each: bytes, lines, numbers, brackets.
+TEST(BadSettings, SpoiltTextsAreReadOrRefused) {
+  std::vector<std::string> texts;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(BEDLOAD_INPUTS))
+    if (entry.path().extension() == ".toml") {
+      std::ifstream file(entry.path());
+      texts.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+    }
+  ASSERT_GT(texts.size(), 5u);
+  const std::vector<std::string> pieces{"[",
+                                        "]",
+                                        "[[",
+                                        "{",
+                                        "}",
+                                        "\"",
+                                        "\"\"\"",
+                                        "=",
+                                        "=\n",
+                                        ".",
+                                        "#",
+                                        "1e999",
+                                        "-",
+                                        "nan",
+                                        "\\u0000",
+                                        "\xff\xfe",
+                                        "\n[grid]\n",
+                                        "0x7fffffffffffffff",
+                                        "99999999999999999999",
+                                        ","};
+  std::mt19937 random(20240607);
+  const auto below = [&](std::size_t n) {
+    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random);
+  };
+  int refused = 0, read = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    std::string text = texts[below(texts.size())];
+    for (std::size_t changes = 1 + below(4); changes > 0 && !text.empty(); --changes) {
+      const std::size_t at = below(text.size());
+      switch (below(6)) {
+        case 0:
+          text[at] = static_cast<char>(below(256));
+          break;
+        case 1:
+          text.erase(at, 1 + below(40));
+          break;
+        case 2:
+          text.insert(at, pieces[below(pieces.size())]);
+          break;
+        case 3:
+          text.insert(at, text.substr(below(text.size()), below(80)));
+          break;
+        case 4:
+          text.insert(at, std::string(1 + below(2000), "[{"[below(2)]));
+          break;
+        default:
+          text.resize(at);
+      }
+    }
+    try {
+      validate(parse_settings(text, "fluid.toml"));
+      ++read;
+    } catch (const UserError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("fluid.toml"));
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 300);
+  EXPECT_GT(read, 200);
+}
+
+}  // namespace
+}  // namespace bedload

@@ -1,0 +1,80 @@
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "fluid/validation/derived_numbers.hpp"
+
+namespace bedload {
+namespace {
+
+/// Setup II of the paper: H/D = 9, D/h = 20, rho_p/rho_f = 1.2, Re_b = 3010; in units in which none
+/// of u_b = 2, H = 3 and rho_f = 5 is one, so that a missing factor shows.
+Settings setup_two() {
+  Settings s;
+  s.grid.cells = {1040, 180, 540};
+  s.grid.length = {52.0 / 3.0, 3.0, 27.0 / 3.0};
+  s.fluid.density = 5.0;
+  s.fluid.kinematic_viscosity = 2.0 * 3.0 / 3010.0;
+  s.fluid.gravity = {0.0, -13.2, 0.0};  // Fr = 0.2 * 13.2 * 3 / 2^2 = 1.98
+  s.time.step = 0.003;
+  s.reference.velocity = 2.0;
+  s.reference.height = 3.0;
+  s.reference.diameter = 1.0 / 3.0;
+  s.reference.sphere_density = 6.0;
+  return s;
+}
+
+TEST(DerivedNumbers, AreThoseOfSetupTwo) {
+  // Re_tau = 219 as printed: u_tau = 219/3010 = 0.0727575 u_b = 0.145515, and the force that drives
+  // it.
+  Settings s = setup_two();
+  s.flow.driving = Driving::pressure_gradient;
+  s.flow.pressure_gradient = 5.0 * std::pow(2.0 * 219.0 / 3010.0, 2) / 3.0;
+  const DerivedNumbers n = derive_numbers(s);
+  EXPECT_NEAR(n.reynolds_bulk, 3010.0, 1e-9);
+  EXPECT_NEAR(n.reynolds_friction, 219.0, 1e-9);
+  EXPECT_NEAR(n.cells_per_diameter, 20.0, 1e-9);
+  EXPECT_NEAR(*n.density_ratio, 1.2, 1e-12);
+  EXPECT_NEAR(*n.froude, 1.98, 1e-9);
+  // 0.145515^2 / (0.2 * 13.2 / 3) = 0.0211746 / 0.88 = 0.024062; printed 0.024.
+  EXPECT_NEAR(*n.shields, 0.024062, 1e-6);
+  // 219/9 = 24.33 and a twentieth of it; the paper prints 25 and 1.25, rounded: 3 %.
+  EXPECT_NEAR(n.diameter_wall_units, 219.0 / 9.0, 1e-9);
+  EXPECT_NEAR(n.diameter_wall_units, 25.0, 0.03 * 25.0);
+  EXPECT_NEAR(n.cell_wall_units, 219.0 / 180.0, 1e-9);
+  EXPECT_NEAR(n.cfl_at_start, 2.0 * 0.003 * 60.0, 1e-12);
+  EXPECT_NEAR(n.diffusion, 6.0 / 3010.0 * 0.003 * 60.0 * 60.0, 1e-12);
+  EXPECT_EQ(n.u_tau_source, FrictionSource::driving);
+}
+
+/// Moser, Kim & Mansour: Re_tau = 180 at a bulk Reynolds number of 5600 over two half heights, that
+/// is u_b H / nu = 2800. Dean's law is a fit to within a few percent.
+TEST(DerivedNumbers, EstimateTheFrictionOfASmoothWall) {
+  Settings s = setup_two();
+  s.fluid.kinematic_viscosity = 2.0 * 3.0 / 2800.0;
+  const DerivedNumbers n = derive_numbers(s);
+  EXPECT_EQ(n.u_tau_source, FrictionSource::smooth_wall);
+  EXPECT_NEAR(n.reynolds_friction, 180.0, 0.03 * 180.0);
+}
+
+TEST(DerivedNumbers, TakeTheFrictionFromAConstantDrivingForce) {
+  Settings s = setup_two();
+  s.fluid.density = 2.0;
+  s.reference.height = 0.5;
+  s.flow.driving = Driving::pressure_gradient;
+  s.flow.pressure_gradient = 0.16;
+  EXPECT_NEAR(derive_numbers(s).u_tau, 0.2, 1e-14);  // sqrt(0.16 * 0.5 / 2)
+}
+
+TEST(DerivedNumbers, LeaveOutWhatDoesNotApply) {
+  Settings s = setup_two();
+  s.reference.sphere_density = 0.0;
+  const DerivedNumbers n = derive_numbers(s);
+  EXPECT_FALSE(n.froude || n.shields || n.density_ratio);
+  s.reference.sphere_density = 6.0;
+  s.fluid.gravity = {};
+  EXPECT_FALSE(derive_numbers(s).froude);
+}
+
+}  // namespace
+}  // namespace bedload

@@ -1,0 +1,43 @@
+"""Numbers of the erosion case from profiles that are known."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from bedload_studies import validation_erosion as erosion
+
+
+def test_height_is_measured_from_the_highest_place_where_the_share_is_passed():
+    y, grains = np.array([0.5, 1.5, 2.5, 3.5]), np.array([0.6, 0.2, 0.6, 0.0])
+    assert erosion.height_above(y, grains, 0.3, 4.0) == pytest.approx(1.0)  # halfway between 2.5 and 3.5
+
+
+def test_height_of_plane_poiseuille_flow():
+    h, viscosity, gradient = 7.0, 0.5, 0.02
+    flux = gradient * h**3 / (12.0 * viscosity)
+    assert erosion.height_of_stress(flux, 0.5 * gradient * h, viscosity) == pytest.approx(h)
+
+
+def statistics():
+    """Four planes, half a packing in the lower two; the stress is that of a clear height of 2."""
+    profiles = {
+        "y": np.arange(4) + 0.5, "y_face": np.arange(5.0), "fluid": np.array([0.4, 0.4, 1.0, 1.0]),
+        "u": np.array([0.0, 0.5, 2.0, 1.0]), "grains": np.array([0.6, 0.6, 0.0, 0.0]),
+        "mobile": np.array([0.0, 0.6, 0.0, 0.0]), "grain_u": np.array([0.0, 0.5, 0.0, 0.0]),
+    }  # fmt: skip
+    found = SimpleNamespace(viscosity=2.0, density=1.0, wall_stress=np.array([0.0, 6.0 * 2.0 * 3.2 / 4.0]))
+    found.__dict__["profiles"] = profiles
+    return type("S", (), {**vars(found), "__getitem__": lambda self, name: profiles[name]})()
+
+
+def test_fluxes_are_sums_of_share_velocity_and_height():
+    assert erosion.fluxes(statistics()) == pytest.approx((0.4 * 0.5 + 2.0 + 1.0, 0.6 * 0.5))
+
+
+def test_rows_hold_the_shields_number_of_the_height():
+    rows = {row.what: row for row in erosion.rows_of(statistics(), 4.0, erosion.CASES_OF_FLUX[0], 0.5)}
+    name = "Re_b 0.301: "
+    assert rows[name + "Re_b of the fluid's flux"].found == pytest.approx(1.6)
+    assert rows[name + "h_f/D of the flux and the upper wall's stress"].found == pytest.approx(4.0)
+    shields = rows[name + "Shields number with the first of them"].found
+    assert shields == pytest.approx(6.0 * 1.6 / 0.397**2 / 16.0)

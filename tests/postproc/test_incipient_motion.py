@@ -1,0 +1,120 @@
+"""Onset of motion: numbers worked out by hand, and thresholds of made-up points."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bedload_post import incipient_motion
+from bedload_post.batches import Estimate
+from bedload_post.incipient_motion import (
+    Point,
+    crossing,
+    shields_curve,
+    threshold_of_share,
+    threshold_of_transport,
+    transport_rate,
+    wong_parker,
+)
+from bedload_studies import threshold_report
+
+
+def value(mean, half=0.0):
+    return Estimate(mean, half, np.array([mean]))
+
+
+def point(theta, moving=0.0, transport=0.0, half=0.0):
+    return Point("actm", theta, value(moving, half), value(0.0), value(0.0), value(transport, half))
+
+
+def test_wong_and_parker():
+    assert wong_parker(0.04) == 0.0
+    # 4.93 (0.147 - 0.047)^1.6 = 4.93 * 10^-1.6
+    assert wong_parker(0.147) == pytest.approx(4.93 * 10**-1.6)
+
+
+def test_shields_curve():
+    # D* = 10: 0.30/13 + 0.055 (1 - e^-0.2)
+    assert shields_curve(10.0) == pytest.approx(0.0230769 + 0.055 * 0.1812692, rel=1e-5)
+    assert shields_curve(1e6) == pytest.approx(0.055, rel=1e-3)  # coarse grains
+    assert shields_curve(1.0) == pytest.approx(0.1375, rel=0.01)  # fine ones
+
+
+def test_transport_rate():
+    # 2 grains to a unit area, diameter 2 (volume 4.18879), speed 3, (s-1) g = 0.5: q = 25.1327,
+    # over sqrt(0.5 * 8) = 2
+    assert transport_rate(3.0, 2.0, 2.0, 0.5) == pytest.approx(12.56637, rel=1e-6)
+
+
+def test_crossing():
+    assert crossing([0.01, 0.03], [0.0, 0.2]) == pytest.approx(0.02)
+    assert crossing([0.03, 0.01], [0.2, 0.0]) == pytest.approx(0.02)  # in any order
+    assert math.isnan(crossing([0.01, 0.03], [0.0, 0.05]))
+    assert math.isnan(crossing([0.01, 0.03], [0.2, 0.5]))
+    assert crossing([1, 2, 3, 4], [0.2, 0.0, 0.05, 0.15]) == pytest.approx(3.5)  # the last one
+
+
+def test_threshold_of_share_with_its_interval():
+    points = [point(0.02, 0.02, half=0.02), point(0.04, 0.12, half=0.02), point(0.06, 0.5, half=0.02)]
+    found = threshold_of_share(points)
+    assert found.value == pytest.approx(0.036)  # 0.02 + 0.02 * 0.08/0.10
+    assert found.low == pytest.approx(0.032)  # of 0.04, 0.14, 0.52
+    assert found.high == pytest.approx(0.04)  # of 0.00, 0.10
+    assert found.holds(0.035) and not found.holds(0.045)
+
+
+def test_threshold_of_transport_finds_what_made_the_points():
+    def law(theta):
+        return 3.0 * (theta - 0.031) ** 1.6
+
+    exact = [point(t, transport=law(t), half=1e-9) for t in (0.04, 0.06, 0.1)]
+    assert threshold_of_transport(exact).value == pytest.approx(0.031, abs=1e-6)
+    noisy = [point(t, transport=law(t), half=0.05 * law(t)) for t in (0.04, 0.06, 0.1)]
+    found = threshold_of_transport(noisy)
+    assert found.low < 0.031 < found.high
+    assert 0.0002 < found.high - found.low < 0.01
+    # A point that cannot be told from zero says nothing of where zero is.
+    lost = [*noisy, point(0.02, transport=1e-5, half=1e-4)]
+    assert threshold_of_transport(lost).value == pytest.approx(found.value)
+    assert math.isnan(threshold_of_transport(noisy[:2]).value)
+    # Grains that move however weak the flow is have no threshold.
+    ever = [point(t, transport=t**1.6 + 0.01, half=1e-9) for t in (0.04, 0.06, 0.1)]
+    assert math.isnan(threshold_of_transport(ever).value)
+    assert str(threshold_of_transport(noisy[:2])) == "not found"
+
+
+def test_the_threshold_on_shields_curve_is_its_own_gravity_s():
+    theta = incipient_motion.shields_threshold(1.0, 0.0728, 2.99e-3)
+    weight = 0.0728**2 / theta
+    number = incipient_motion.diameter_number(1.0, weight, 2.99e-3)
+    assert shields_curve(number) == pytest.approx(theta)
+    assert 0.03 < theta < 0.045  # D+ = 24: the paper reads 0.035 from the diagram
+
+
+def test_the_report_says_what_its_numbers_say(tmp_path):
+    def experiment(level):
+        points = [
+            Point("actm", t, value(m, 0.01), value(m, 0.01), value(0.1 * m, 0.001), value(0.01 * m, 1e-4))
+            for t, m in zip((0.01, 0.03, 0.06, 0.1), level, strict=True)
+        ]
+        return threshold_report.Experiment(
+            "made_up", 6, 12, 4, 0.0728, "by hand", 2.99e-3, 1.0, 1.2, points, {"commit": "none"}
+        )
+
+    early = threshold_report.as_text(experiment((0.05, 0.4, 0.6, 0.9)))
+    assert "- actm: 0.0129 (0.0123 to 0.0134): begins to move earlier than Shields' curve" in early
+    fitting = threshold_report.as_text(experiment((0.0, 0.09, 0.2, 0.9)))
+    assert "0.0327 (0.0300 to 0.0355): agrees with Shields' curve, 0.0318, within" in fitting
+    never = threshold_report.as_text(experiment((0.0, 0.01, 0.02, 0.05)))
+    assert "lies outside the Shields numbers computed, 0.01 to 0.1" in never and "not found" in never
+    threshold_report.write(experiment((0.05, 0.4, 0.6, 0.9)), tmp_path)
+    assert (tmp_path / "threshold.png").stat().st_size > 10000
+    assert "begins to move earlier" in (tmp_path / "README.md").read_text(encoding="utf-8")
+
+
+def test_a_verdict_follows_the_interval():
+    verdict = threshold_report.verdict
+    agrees = incipient_motion.Threshold(0.03, 0.02, 0.04)
+    assert "agrees" in verdict(agrees, [0.01, 0.1], 0.035)
+    assert "later" in verdict(incipient_motion.Threshold(0.07, 0.06, 0.08), [0.01, 0.1], 0.035)
+    assert "factor 2.00" in verdict(incipient_motion.Threshold(0.07, 0.06, 0.08), [0.01, 0.1], 0.035)

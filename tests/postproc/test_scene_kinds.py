@@ -1,0 +1,73 @@
+"""The summary knows what kind of scene it has: a sphere that settles does not jump, an array has no bed."""
+
+import h5py
+import numpy as np
+import pytest
+from bedload_post import states, summary
+from bedload_post.frames import time_ranges
+from bedload_post.outputs import Run
+from synthetic import Story, even, wandering_story, write_run, write_samples
+
+
+def free_run(folder, story):
+    """The made-up run without its bed: nothing fixed, periodic along y, gravity along x and y."""
+    write_run(folder, story)
+    with h5py.File(folder / "spheres.h5", "r+") as file:
+        del file["fixed"]
+    text = (folder / "settings.toml").read_text()
+    text = text.replace('boundary.y = ["no_slip", "free_slip"]', 'boundary.y = ["periodic", "periodic"]')
+    text = text.replace("gravity = [0.0, -0.99, 0.0]", "gravity = [0.6, -0.8, 0.0]")
+    (folder / "settings.toml").write_text(text)
+    return Run(folder)
+
+
+def lines_of(run):
+    phases = states.analyse(
+        run.collisions(), time_ranges(run.instants()), run.sample_blocks(), run.periods,
+        run.bulk_velocity, run.diameter,
+    )  # fmt: skip
+    return {line.what: line.value for line in summary.grain_lines(run, phases)}
+
+
+def test_a_sphere_that_settles(tmp_path):
+    story = even(Story(position=(3.0, 8.0, 4.0)).piece(4.0, velocity=(0.3, -0.4, 0.0)), 0.1)
+    run = free_run(tmp_path / "run", story)
+    found = lines_of(run)
+    assert float(found["mean velocity along gravity"]) == pytest.approx(0.6 * 0.3 + 0.8 * 0.4)
+    assert float(found["largest speed"]) == pytest.approx(0.5)
+    assert float(found["Reynolds number at the end"]) == pytest.approx(0.5 / 2.6578e-3, rel=1e-2)
+    assert not any(what.startswith(("time ", "jump", "mean grain")) for what in found)
+    flow = {line.what for line in summary.flow_lines(run)}
+    assert not flow & {"Re_tau", "friction velocity", "Shields number", "D+"}
+
+
+def test_a_bed_keeps_its_states_and_its_friction(tmp_path):
+    run = Run(write_run(tmp_path / "run", wandering_story()))
+    assert "time jumping" in lines_of(run)
+    assert "Re_tau" in {line.what for line in summary.flow_lines(run)}
+    # A wall in place of the bed, under a stream: the same.
+    with h5py.File(run.folder / "spheres.h5", "r+") as file:
+        del file["fixed"]
+    assert not summary.has_bed(Run(run.folder))
+    with (run.folder / "settings.toml").open("a") as settings:
+        settings.write('flow.driving = "bulk_velocity"\n')
+    assert summary.has_bed(Run(run.folder))
+
+
+def test_grains_of_a_short_record_are_there(tmp_path):
+    """One instant of sixty grains: no phase, but sixty grains."""
+    folder = write_run(tmp_path / "run", wandering_story())
+    (folder / "collisions.csv").write_text((folder / "collisions.csv").read_text().splitlines()[0] + "\n")
+    vectors = np.zeros((60, 3))
+    write_samples(folder, {
+        "time": np.full(60, 0.1), "tag": np.arange(60), "position": vectors + 2.0, "velocity": vectors - 1e-9,
+        "angular_velocity": vectors, "radius": np.full(60, 0.5),
+    })  # fmt: skip
+    found = lines_of(Run(folder))
+    assert found["mobile grains"] == "60"
+    assert found["mean grain velocity"] == "0.0000 u_b"
+
+
+def test_no_number_is_minus_nothing():
+    assert summary.fixed_point(-1e-9, 4) == "0.0000"
+    assert summary.fixed_point(-0.25, 2) == "-0.25"

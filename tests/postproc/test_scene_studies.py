@@ -1,0 +1,181 @@
+"""The studies of a person's own scene, on made-up answers: accuracy, effects, limits."""
+
+import math
+
+import numpy as np
+import pytest
+from bedload_launcher.errors import UserError
+from bedload_post.batches import Estimate
+from bedload_post.outputs import Run
+from bedload_studies import accuracy_scene, effects, scene_answers, stability_scene
+from bedload_studies.accuracy_scene import Choice, remaining, richardson
+from bedload_studies.scene_answers import Priced, Series
+from bedload_studies.stability_scene import Knob, bisected, complaint
+from synthetic import Story, even, write_run
+
+TIME = np.linspace(0.0, 10.0, 101)
+
+
+def sure(mean):
+    return Estimate(mean, 1e-6, np.zeros(0))
+
+
+# --- Answers and prices ----------------------------------------------------------------------------------
+
+
+def test_the_answers_of_a_run(tmp_path):
+    story = Story(position=(3.0, 2.5, 4.0)).piece(5.0).piece(5.0, velocity=(0.4, 0.0, 0.3))
+    found = scene_answers.series_of(Run(write_run(tmp_path / "run", even(story))))
+    late = found["grain velocity"].mean(6.0)
+    assert late.mean == pytest.approx(0.4)
+    assert found["grain speed"].mean(6.0).mean == pytest.approx(0.5)
+    assert found["largest grain speed"].mean(6.0).mean == pytest.approx(0.5)
+    assert found["grain height"].mean(0.0).mean == pytest.approx(2.5)
+    assert found["share moving"].mean(0.0).mean == pytest.approx(0.5, abs=0.01)
+    assert found["driving force"].mean(0.0).mean == pytest.approx(0.004)
+    assert scene_answers.chosen(found, None, 0.0) == "grain velocity"
+    with pytest.raises(UserError, match="nearest is 'driving force'"):
+        scene_answers.chosen(found, "driving forse", 0.0)
+    with pytest.raises(UserError, match="do not move"):
+        scene_answers.chosen({"flow energy": Series(TIME, 0.0 * TIME + 3.0)}, None, 0.0)
+
+
+def test_a_price_is_a_number_when_it_is_long_or_agrees():
+    assert Priced([4.0]).settled()
+    assert not Priced([0.5, 0.5, 0.5]).settled()  # below three seconds in all
+    assert Priced([1.0, 1.01, 1.0]).settled()
+    assert not Priced([1.0, 1.3, 0.8]).settled()  # scatters
+    assert Priced([1.0, 1.3, 0.8, 1.0, 1.2, 0.9]).settled()  # as often as it is tried
+    assert Priced([1.0, 2.0, 1.1]).price == pytest.approx(1.1)  # a disturbed one does not count
+
+
+def test_runs_go_in_turn_until_their_costs_are_numbers():
+    order = []
+
+    def work(name, seconds):
+        def once():
+            order.append(name)
+            if name == "c":
+                raise UserError("no")
+            return Priced([seconds])
+
+        return once
+
+    found = scene_answers.interleaved([work("a", 2.0), work("b", 5.0), work("c", 1.0)], math.inf)
+    assert "".join(order) == "abca"
+    assert found[2] == "no"
+    order.clear()
+    scene_answers.interleaved([work("a", 0.1)], 0.0)
+    assert order == ["a"]  # the time is up
+
+
+# --- Accuracy --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0, 3.0])
+def test_richardson_finds_order_and_limit(order):
+    h = [1.25, 1.0, 0.8]
+    limit, found = richardson(h, [5.0 + 0.3 * x**order for x in h])
+    assert limit == pytest.approx(5.0, rel=1e-4)
+    assert found == pytest.approx(order, abs=0.01)
+    assert math.isnan(richardson(h, [5.0, 5.2, 5.1])[0])  # no trend
+    assert math.isnan(richardson(h, [5.0, 5.1, 7.0])[0])  # grows
+
+
+def test_what_remains():
+    tried = [Choice("own", h=1.0), Choice("coarse", h=1.25), Choice("fine", h=0.8), Choice("loops")]
+    f = [5.0 + 0.5 * h**2 for h in (1.0, 1.25, 0.8)]
+    error, _, source = remaining(tried, [*map(sure, f), sure(9.0)])
+    assert error == pytest.approx(0.1, rel=1e-3)
+    assert "order 2.0" in source
+    wide = [Estimate(v, 1.0, np.zeros(0)) for v in f]
+    error, half, source = remaining(tried, [*wide, None])
+    assert error == pytest.approx((f[0] - f[2]) / f[2])
+    assert half > 0.1 and "within the interval" in source
+
+
+def test_the_table_stands_against_the_finest_grid():
+    def run(value):
+        return Priced([2.0], 50.0, {"q": Series(TIME, value + 0.001 * np.sin(7 * TIME))})
+
+    tried = [Choice("own", h=1.0), Choice("fine", h=0.8), Choice("bad")]
+    rows = accuracy_scene.rows_of(tried, [run(1.1), run(1.0), "it\nended."], "q", 5.0)
+    assert rows[0].change == pytest.approx(0.1, abs=1e-3)
+    assert rows[1].words == "finest" and rows[1].change == 0.0
+    assert math.isnan(rows[2].price) and rows[2].words == "ended."
+    assert "ended." in accuracy_scene.table_text(rows, "q")
+
+
+# --- Effects ---------------------------------------------------------------------------------------------
+
+
+def test_paired_differences_are_narrower_than_those_of_means():
+    noise = np.random.default_rng(3).normal(size=101)
+    base, mine = Series(TIME, 1.0 + 0.3 * noise), Series(TIME, 1.05 + 0.3 * noise)
+    change, half = effects.paired(mine, base, 5.0)
+    assert change * np.mean(base.values[TIME >= 5.0]) == pytest.approx(0.05)
+    assert half < 1e-9
+    other = Series(TIME + 0.01, mine.values)
+    assert effects.paired(other, base, 5.0)[1] > 0.05
+
+
+@pytest.mark.parametrize(
+    ("off", "change", "interval", "time", "verdict"),
+    [
+        (True, -0.10, 0.02, 0.9, "needed"),
+        (False, 0.10, 0.02, 1.5, "worth it"),
+        (True, 0.0, 0.0, 0.9, "leave it out"),  # lubrication where no pair comes near
+        (False, 0.001, 0.005, 1.2, "leave it out"),
+        (True, 0.001, 0.005, 0.99, "no matter"),
+        (True, 0.01, 0.05, 0.8, "open"),
+        (True, 0.10, 0.15, 0.8, "open"),
+        (True, math.nan, math.nan, 0.8, "open"),
+    ],
+)
+def test_verdicts(off, change, interval, time, verdict):
+    assert effects.judged(off, change, interval, time) == verdict
+    if verdict == "leave it out" and abs(time - 1.0) < 0.15:  # one run alone is not enough to say so
+        assert effects.judged(off, change, interval, time, math.nan) == "no matter"
+
+
+# --- Limits ----------------------------------------------------------------------------------------------
+
+
+def test_bisection_finds_the_limit_and_asks_no_value_twice():
+    asked = []
+
+    def fails(value):
+        asked.append(value)
+        return "too long" if value > 0.37 else ""
+
+    limit = bisected(Knob("step", 0.1, True), fails)
+    assert limit.holds <= 0.37 < limit.fails
+    assert limit.fails / limit.holds < 1.05
+    assert limit.distance == pytest.approx(limit.holds / 0.1)
+    assert len(asked) == len(set(asked)) == 2 + stability_scene.HALVINGS
+    free = bisected(Knob("density", 2.0, False), lambda _: "")
+    assert math.isnan(free.fails) and free.holds == pytest.approx(2.0 / 32.0)
+
+
+def test_whole_numbers_stay_whole():
+    knob = Knob("steps", 60, False, whole=15)
+    assert [knob.at(f) for f in (1.0, 1.4, 2.0, 32.0)] == [60, 45, 30, 15]
+    limit = bisected(knob, lambda v: "few" if v < 45 else "")
+    assert (limit.holds, limit.fails) == (45, 30)
+
+
+def test_why_a_run_does_not_hold():
+    def run(speed, energy=1.0):
+        grains = Series(TIME, speed + 0 * TIME)
+        return Priced([1.0], 1.0, {"largest grain speed": grains, "grain velocity": grains,
+                                   "flow energy": Series(TIME, energy + 0 * TIME)})  # fmt: skip
+
+    base = run(0.5)
+    assert complaint(run(0.9), base) == ""
+    assert "2.2 times" in complaint(run(1.1), base)
+    assert "flow energy" in complaint(run(0.5, 2.0), base)
+    assert "no number" in complaint(run(math.nan), base)
+    assert complaint("mpirun\nthe CFL number is 1.8.", base) == "the CFL number is 1.8."
+    swing = run(0.5)
+    swing.answers["grain velocity"].values[-8:] = 0.02 * (-1.5) ** np.arange(8)
+    assert "swing" in complaint(swing, base)
