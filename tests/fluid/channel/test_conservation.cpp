@@ -233,11 +233,12 @@ TEST(TimeScheme, SecondOrderWithImplicitDiffusion) {
 }
 
 /// The same fields for any number of ranks in every split along y and z, ghosts included,
-/// pointwise, after some steps.
+/// pointwise, after some steps. A point missed, doubled or taken from the wrong neighbour shows as
+/// 1e-3 and more. Round-off hangs on the transforms that FFTW finds fastest on a machine: 109 epsilon
+/// were seen for the start between walls on a stretched grid, so the bounds leave a decade to that.
 TYPED_TEST(Conservation, FieldsDoNotDependOnTheRanks) {
   for (const Variant& variant : variants_to_divide()) {
     SCOPED_TRACE(name_of(variant));
-    const Ends& ends = variant.ends;
     Settings s = disturbed(variant);
     drive(s, 1.0);
     Channel<TypeParam> whole(s, MPI_COMM_SELF);
@@ -247,7 +248,7 @@ TYPED_TEST(Conservation, FieldsDoNotDependOnTheRanks) {
       parallel.push_back(std::make_unique<Channel<TypeParam>>(s, MPI_COMM_WORLD));
       EXPECT_LT(largest_difference(parallel.back()->velocity(), parallel.back()->decomposition(),
                                    whole.velocity(), true),
-                (ends[0] == periodic ? 20 : 100) * epsilon<TypeParam>());  // as above
+                1000 * epsilon<TypeParam>());
     }
     advance(whole, 4);
     for (const auto& channel : parallel) {
@@ -257,14 +258,14 @@ TYPED_TEST(Conservation, FieldsDoNotDependOnTheRanks) {
       advance(*channel, 4);
       // Four steps, three solves each: round-off adds up and the flow amplifies it a little.
       EXPECT_LT(largest_difference(channel->velocity(), decomposition, whole.velocity(), true),
-                300 * epsilon<TypeParam>());
+                1000 * epsilon<TypeParam>());
       // The pressure is a potential over dt: its round-off is that of u times length over stage
       // step.
       EXPECT_LT(largest_difference(channel->pressure(), decomposition, whole.pressure(), false),
                 3e5 * epsilon<TypeParam>());
-      EXPECT_NEAR(channel->kinetic_energy(), whole.kinetic_energy(), 100 * epsilon<TypeParam>());
+      EXPECT_NEAR(channel->kinetic_energy(), whole.kinetic_energy(), 1000 * epsilon<TypeParam>());
       EXPECT_NEAR(channel->driving_force(), whole.driving_force(), 1e5 * epsilon<TypeParam>());
-      EXPECT_NEAR(channel->cfl(), whole.cfl(), 100 * epsilon<TypeParam>());
+      EXPECT_NEAR(channel->cfl(), whole.cfl(), 1000 * epsilon<TypeParam>());
     }
   }
 }
