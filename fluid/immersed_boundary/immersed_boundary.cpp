@@ -6,44 +6,21 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstring>
-#include <numbers>
-#include <numeric>
-#include <type_traits>
 #include <unordered_set>
 
-#include "fluid/immersed_boundary/gather.hpp"
 #include "fluid/immersed_boundary/marker_sweep.hpp"
-#include "fluid/immersed_boundary/marker_volume.hpp"
+#include "fluid/immersed_boundary/stopwatch.hpp"
 #include "fluid/kernels/fnv.hpp"
 #include "fluid/settings/errors.hpp"
 
 namespace bedload {
 namespace {
 
-/// Markers further than this, in cells, from a sphere share no cells of its markers' supports: two
-/// supports of 3 cells, less the markers' retraction. (Cells met only by the corners of both
-/// supports count as not shared; their weights are below 1e-3.)
-constexpr double shared_reach = 2.5;
-
 constexpr std::array<std::size_t, 3> components{0, 1, 2};
 
 double root_mean(double squares, double count) {
   return count > 0.0 ? std::sqrt(squares / count) : 0.0;
 }
-
-/// Adds the time that a scope takes to a sum.
-class Stopwatch {
- public:
-  explicit Stopwatch(double& sum) : sum_(sum), began_(MPI_Wtime()) {}
-  ~Stopwatch() { sum_ += MPI_Wtime() - began_; }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  double& sum_;
-  double began_;
-};
 
 [[noreturn]] void report_twins(std::int64_t tag) {
   throw UserError(fmt::format("Two spheres have the tag {}; tags must differ.", tag));
@@ -92,14 +69,6 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       halo_(grid_, decomposition),
       mobile_halo_(grid_, decomposition),
       scratch_(grid_, {1, decomposition.rows()}, 3) {}
-
-/// Index of the layout for a radius, made when it is the first of its size.
-template <class Real>
-int ImmersedBoundary<Real>::layout_of(double radius) {
-  const auto [known, is_new] = layout_by_radius_.try_emplace(radius, layouts_.size());
-  if (is_new) layouts_.push_back(make_marker_layout(radius, grid_.h, retraction_));
-  return static_cast<int>(known->second);
-}
 
 template <class Real>
 void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> all) {
@@ -168,250 +137,6 @@ bool ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
   mobile_ = std::move(now);
   find_partners();
   return stay;
-}
-
-/// Up to the highest sphere's support; neighbours that a sphere reaches across their common
-/// interface (MarkerHalo) both have all planes beside it. The scratch field goes as high.
-template <class Real>
-void ImmersedBoundary<Real>::find_planes_reached() {
-  int planes = 0;
-  const auto reach = [&](const SphereState& sphere) {
-    const double top = (sphere.position.y() + sphere.radius) / grid_.h;
-    planes = std::max(planes, static_cast<int>(std::floor(top)) + 5 - decomposition_.first());
-  };
-  for (const SphereState& sphere : fixed_) reach(sphere);
-  for (const Mobile& sphere : mobile_) reach(sphere.state);
-  // Through a periodic end spheres reach the other side's planes.
-  planes_reached_ =
-      grid_.periodic(1) ? decomposition_.planes() : std::min(planes, decomposition_.planes());
-  const int stored = std::max(planes_reached_, 1);
-  if (stored <= scratch_.planes()) return;
-  scratch_ = Field<Real>(grid_, {1, decomposition_.rows()}, 3);  // its memory first
-  scratch_ = Field<Real>(grid_, {stored, decomposition_.rows()}, 3);
-}
-
-template <class Real>
-void ImmersedBoundary<Real>::place_fixed() {
-  double largest = 0.0;
-  for (const SphereState& sphere : fixed_) largest = std::max(largest, sphere.radius);
-  largest_fixed_ = largest;
-  fixed_bins_.emplace(grid_, 2.0 * largest + shared_reach * grid_.h);
-  halo_.forget();
-  for (std::size_t n = 0; n < fixed_.size(); ++n) {
-    fixed_bins_->insert(fixed_[n].position, static_cast<int>(n));
-    halo_.mark(fixed_[n].position, fixed_[n].radius);
-  }
-  halo_.keep();
-  fixed_impulse_.assign(fixed_.size(), Vec3::Zero());
-  for (MarkerList<Real>& list : fixed_lists_) list.clear();
-  SphereMarkers markers(grid_);
-  for (std::size_t n = 0; n < fixed_.size(); ++n) {
-    const SphereState& sphere = fixed_[n];
-    std::vector<const SphereState*> overlapping;
-    fixed_bins_->near(sphere.position, sphere.radius + largest, [&](int other) {
-      const SphereState& candidate = fixed_[static_cast<std::size_t>(other)];
-      if (&candidate != &sphere && shortest_way(grid_, sphere.position, candidate.position).norm() <
-                                       sphere.radius + candidate.radius)
-        overlapping.push_back(&candidate);
-    });
-    // A marker inside another fixed sphere touches no moving fluid.
-    const auto buried = [&](const Vec3& position) {
-      return std::any_of(overlapping.begin(), overlapping.end(), [&](const SphereState* other) {
-        return shortest_way(grid_, other->position, position).norm() < other->radius - grid_.h;
-      });
-    };
-    const int layout = layout_of(sphere.radius);
-    markers.place(sphere.position, layouts_[static_cast<std::size_t>(layout)]);
-    for (const std::size_t c : components)
-      markers.append(fixed_lists_[c], scratch_, decomposition_, static_cast<int>(c),
-                     static_cast<int>(n), layout, buried);
-  }
-  for (MarkerList<Real>& list : fixed_lists_) {
-    list.shrink();
-    list.finish();
-  }
-  weigh_fixed();
-}
-
-template <class Real>
-SphereBins ImmersedBoundary<Real>::mobile_bins() {
-  largest_mobile_ = 0.0;
-  for (const Mobile& sphere : mobile_)
-    largest_mobile_ = std::max(largest_mobile_, sphere.state.radius);
-  SphereBins bins(grid_, 2.0 * (largest_mobile_ + dispersion_reach * grid_.h));
-  for (std::size_t n = 0; n < mobile_.size(); ++n)
-    bins.insert(mobile_[n].state.position, static_cast<int>(n));
-  return bins;
-}
-
-/// The spheres around mobile sphere number `n` that share points of its correction. Points go with
-/// a mobile sphere rather than with a fixed one, and with the lower tag.
-template <class Real>
-void ImmersedBoundary<Real>::find_neighbours(std::size_t n, const SphereBins& mobile) {
-  neighbours_.clear();
-  const SphereState& sphere = mobile_[n].state;
-  const double reach = sphere.radius + 2.0 * dispersion_reach * grid_.h;
-  const auto note = [&](const SphereState& other, bool first) {
-    each_image(grid_, shortest_way(grid_, sphere.position, other.position), reach + other.radius,
-               [&](const Vec3& way) {
-                 neighbours_.push_back({way, other.radius, first});
-               });
-  };
-  mobile.near(sphere.position, reach + largest_mobile_, [&](int other) {
-    const auto m = static_cast<std::size_t>(other);
-    if (m != n) note(mobile_[m].state, m < n);
-  });
-  if (!fixed_.empty())
-    fixed_bins_->near(sphere.position, reach + largest_fixed_,
-                      [&](int other) { note(fixed_[static_cast<std::size_t>(other)], false); });
-}
-
-template <class Real>
-void ImmersedBoundary<Real>::place_mobile() {
-  const Stopwatch watch(seconds_.placing);
-  ++placings_;
-  halo_.reset();
-  mobile_halo_.forget();
-  for (MarkerList<Real>& list : mobile_lists_) list.clear();
-  interior_.clear();
-  dispersion_.clear();
-  SphereMarkers markers(grid_);
-  const SphereBins bins = mobile_bins();
-  const auto nothing = [](const Vec3&) { return false; };
-  for (std::size_t n = 0; n < mobile_.size(); ++n) {
-    const SphereState& sphere = mobile_[n].state;
-    halo_.mark(sphere.position, sphere.radius);
-    mobile_halo_.mark(sphere.position, sphere.radius);
-    const int layout = layout_of(sphere.radius);
-    markers.place(sphere.position, layouts_[static_cast<std::size_t>(layout)]);
-    find_neighbours(n, bins);
-    for (const std::size_t c : components) {
-      markers.append(mobile_lists_[c], scratch_, decomposition_, static_cast<int>(c),
-                     static_cast<int>(n), layout, nothing);
-      interior_.add(scratch_, grid_, decomposition_, static_cast<int>(c), sphere.position,
-                    sphere.radius);
-      dispersion_.add(grid_, decomposition_, static_cast<int>(c), sphere.position, sphere.radius,
-                      neighbours_);
-    }
-  }
-  halo_.finish();
-  mobile_halo_.finish();
-  for (MarkerList<Real>& list : mobile_lists_) list.finish();
-  restore_near_mobile();
-  if (!mobile_.empty()) weigh_mobile();
-}
-
-/// Indices of all markers of a list.
-template <class Real>
-std::span<const int> ImmersedBoundary<Real>::all_of(const MarkerList<Real>& list) {
-  const auto size = static_cast<std::size_t>(list.size());
-  if (indices_.size() < size) {
-    indices_.resize(size);
-    std::iota(indices_.begin(), indices_.end(), 0);
-  }
-  return std::span<const int>(indices_).first(size);
-}
-
-/// Row sums of the fixed spheres' markers among themselves.
-template <class Real>
-void ImmersedBoundary<Real>::weigh_fixed() {
-  halo_.finish();
-  for (const auto& list : fixed_lists_) spread_ones(list, all_of(list), scratch_);
-  halo_.collect(scratch_);
-  halo_.refresh(scratch_);
-  for (const std::size_t c : components) {
-    MarkerList<Real>& list = fixed_lists_[c];
-    weigh<Real>(list, all_of(list), nullptr, scratch_);
-    fixed_row_sums_[c].resize(list.volume.size());
-    std::transform(list.volume.begin(), list.volume.end(), fixed_row_sums_[c].begin(),
-                   [](Real volume) { return Real{1} / volume; });
-  }
-  scratch_.fill(Real{});
-  for (std::vector<int>& markers : near_mobile_) markers.clear();
-}
-
-/// Finds the fixed markers within reach of mobile spheres' markers.
-template <class Real>
-void ImmersedBoundary<Real>::find_near_mobile() {
-  if (fixed_.empty()) return;
-  struct Pair {
-    int fixed;
-    Vec3 way;      ///< from the mobile sphere's centre to the fixed one's
-    double reach;  ///< squared, from the mobile sphere's centre
-  };
-  std::vector<Pair> pairs;
-  const double reach = shared_reach * grid_.h;
-  for (const Mobile& sphere : mobile_)
-    fixed_bins_->near(sphere.state.position, sphere.state.radius + reach + largest_fixed_,
-                      [&](int n) {
-                        const SphereState& other = fixed_[static_cast<std::size_t>(n)];
-                        const Vec3 way = shortest_way(grid_, sphere.state.position, other.position);
-                        const double most = sphere.state.radius + reach;
-                        each_image(grid_, way, most + other.radius, [&](const Vec3& image) {
-                          pairs.push_back({n, image, most * most});
-                        });
-                      });
-  std::stable_sort(pairs.begin(), pairs.end(),
-                   [](const Pair& a, const Pair& b) { return a.fixed < b.fixed; });
-  std::vector<char> near;  // by offset, of one fixed sphere
-  std::array<std::size_t, 3> next{};
-  for (std::size_t first = 0; first < pairs.size();) {
-    const int sphere = pairs[first].fixed;
-    const auto& along = layouts_[static_cast<std::size_t>(
-                                     layout_of(fixed_[static_cast<std::size_t>(sphere)].radius))]
-                            .along;
-    near.assign(along[0].size(), 0);
-    for (; first < pairs.size() && pairs[first].fixed == sphere; ++first) {
-      const Pair& pair = pairs[first];
-      for (std::size_t m = 0; m < near.size(); ++m) {
-        const double x = pair.way.x() + along[0][m], y = pair.way.y() + along[1][m],
-                     z = pair.way.z() + along[2][m];
-        near[m] |= static_cast<char>(x * x + y * y + z * z < pair.reach);
-      }
-    }
-    for (const std::size_t c : components) {
-      const MarkerList<Real>& list = fixed_lists_[c];
-      std::size_t& range = next[c];
-      while (range < list.ranges.size() && list.ranges[range].sphere < sphere) ++range;
-      if (range == list.ranges.size() || list.ranges[range].sphere != sphere) continue;
-      for (int m = list.ranges[range].begin; m < list.ranges[range].end; ++m)
-        if (near[static_cast<std::size_t>(list.offset[static_cast<std::size_t>(m)])])
-          near_mobile_[c].push_back(m);
-    }
-  }
-}
-
-/// Gives the fixed markers that mobile ones were near to the volumes that they have by themselves.
-template <class Real>
-void ImmersedBoundary<Real>::restore_near_mobile() {
-  for (const std::size_t c : components) {
-    for (const int m : near_mobile_[c]) {
-      const auto n = static_cast<std::size_t>(m);
-      fixed_lists_[c].volume[n] = Real{1} / fixed_row_sums_[c][n];
-    }
-    near_mobile_[c].clear();
-  }
-}
-
-/// Row sums where mobile markers are: of these, and of the fixed markers around them.
-template <class Real>
-void ImmersedBoundary<Real>::weigh_mobile() {
-  find_near_mobile();
-
-  for (const auto& list : mobile_lists_) spread_ones(list, all_of(list), scratch_);
-  mobile_halo_.collect(scratch_);
-  mobile_halo_.refresh(scratch_);
-  for (const std::size_t c : components)
-    weigh(fixed_lists_[c], near_mobile_[c], fixed_row_sums_[c].data(), scratch_);
-  mobile_halo_.clear_ghosts(scratch_);
-  for (const std::size_t c : components) spread_ones(fixed_lists_[c], near_mobile_[c], scratch_);
-  mobile_halo_.collect(scratch_);
-  mobile_halo_.refresh(scratch_);
-  for (auto& list : mobile_lists_) weigh<Real>(list, all_of(list), nullptr, scratch_);
-
-  for (const std::size_t c : components) clear_supports(fixed_lists_[c], near_mobile_[c], scratch_);
-  for (const Mobile& sphere : mobile_) clear_around(sphere.state, grid_, decomposition_, scratch_);
-  mobile_halo_.clear_touched(scratch_);
 }
 
 template <class Real>

@@ -20,6 +20,7 @@
 #include "fluid/immersed_boundary/marker_halo.hpp"
 #include "fluid/immersed_boundary/marker_layout.hpp"
 #include "fluid/immersed_boundary/marker_list.hpp"
+#include "fluid/immersed_boundary/sphere_memory.hpp"
 #include "fluid/settings/settings.hpp"
 
 namespace bedload {
@@ -147,16 +148,6 @@ class ImmersedBoundary {
     SlipSums before, after;
     Vec3 by_mobile = Vec3::Zero(), by_fixed = Vec3::Zero();  ///< force on the fluid [M L/T^2]
   };
-  /// Momentum inside a mobile sphere that its motion has not got yet, per fluid density; kept by
-  /// the rank that holds its centre.
-  struct Memory {
-    InteriorMomentum forced;                       ///< inside after the last forcing
-    InteriorMomentum deferred_impulse;             ///< of changes inside between two forcings
-    Vec3 deferred_angular_impulse = Vec3::Zero();  ///< of all kinds [L^5/T]
-    Vec3 deferred_reaction = Vec3::Zero();         ///< where spheres move once per step [L^4/T]
-    Vec3 excess_spin = Vec3::Zero();               ///< of the markers, excess_spin.hpp [1/T]
-    bool fresh = true;
-  };
   /// What the ranks near a sphere add up for it.
   struct Share {
     std::array<InteriorSums, 3> before, after;
@@ -167,7 +158,7 @@ class ImmersedBoundary {
     SphereState state;
     SphereState imposed;  ///< by its markers: with the excess spin
     int home = 0;         ///< rank that holds its centre
-    Memory memory;
+    SphereMemory memory;
     Share share;                         ///< this rank's
     Vec3 carried_moment = Vec3::Zero();  ///< on the fluid by dispersion_, as share.applied_moment
   };

@@ -11,14 +11,7 @@
 namespace bedload {
 namespace {
 
-/// Datasets of three numbers a sphere.
-constexpr std::array vectors{"interior_impulse",
-                             "interior_angular_impulse",
-                             "deferred_impulse",
-                             "deferred_interior_angular_impulse",
-                             "deferred_angular_impulse",
-                             "deferred_reaction",
-                             "excess_spin"};
+constexpr const auto& vectors = SphereMemory::vector_names;
 
 /// One sphere on its way from a file to the ranks that know it.
 struct Kept {
@@ -26,18 +19,6 @@ struct Kept {
   std::array<std::array<double, 3>, vectors.size()> values;
   std::int32_t fresh, rank;  ///< rank: who asks, in a request
 };
-
-template <class Memory>
-std::array<Vec3*, vectors.size()> vectors_of(Memory& memory) {
-  return {&memory.forced.linear,
-          &memory.forced.angular,
-          &memory.deferred_impulse.linear,
-          &memory.deferred_impulse.angular,
-          &memory.deferred_angular_impulse,
-          &memory.deferred_reaction,
-
-          &memory.excess_spin};
-}
 
 std::vector<Kept> read_share(const LoadGroup& group, MPI_Comm comm) {
   std::vector<Kept> share;
@@ -91,8 +72,8 @@ void ImmersedBoundary<Real>::save(const SaveGroup& group) const {
     if (sphere.home != decomposition_.rank()) continue;
     tags.push_back(sphere.state.tag);
     fresh.push_back(sphere.memory.fresh ? 1 : 0);
-    Memory memory = sphere.memory;
-    const auto values = vectors_of(memory);
+    SphereMemory memory = sphere.memory;
+    const auto values = memory.vectors();
     for (std::size_t v = 0; v < values.size(); ++v)
       numbers[v].insert(numbers[v].end(), values[v]->data(), values[v]->data() + 3);
   }
@@ -110,7 +91,7 @@ void ImmersedBoundary<Real>::load(const LoadGroup& group) {
     const auto known =
         std::lower_bound(mobile_.begin(), mobile_.end(), kept.tag,
                          [](const Mobile& m, std::int64_t t) { return m.state.tag < t; });
-    const auto values = vectors_of(known->memory);
+    const auto values = known->memory.vectors();
     for (std::size_t v = 0; v < values.size(); ++v) *values[v] = Vec3(kept.values[v].data());
     known->memory.fresh = kept.fresh != 0;
   }

@@ -28,27 +28,21 @@ void exchange(MPI_Comm comm, int tag, const std::map<int, std::vector<double>>& 
   MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
 }
 
-constexpr std::size_t memory_numbers = 22;
+constexpr std::size_t memory_numbers = 3 * SphereMemory::vector_names.size() + 1;
 
-template <class Memory>
-void append_memory(const Memory& memory, std::vector<double>& message) {
-  for (const InteriorMomentum* m : {&memory.forced, &memory.deferred_impulse})
-    for (const Vec3* v : {&m->linear, &m->angular})
-      message.insert(message.end(), v->data(), v->data() + 3);
-  for (const Vec3* v :
-       {&memory.deferred_angular_impulse, &memory.deferred_reaction, &memory.excess_spin})
-    message.insert(message.end(), v->data(), v->data() + 3);
+void append_memory(SphereMemory memory, std::vector<double>& message) {
+  for (const Vec3* v : memory.vectors()) message.insert(message.end(), v->data(), v->data() + 3);
   message.push_back(memory.fresh ? 1.0 : 0.0);
 }
 
-template <class Memory>
-void read_memory(const double* numbers, Memory& memory) {
-  for (InteriorMomentum* m : {&memory.forced, &memory.deferred_impulse})
-    for (Vec3* v : {&m->linear, &m->angular})
-      for (int d = 0; d < 3; ++d) (*v)[d] = *numbers++;
-  for (Vec3* v : {&memory.deferred_angular_impulse, &memory.deferred_reaction, &memory.excess_spin})
-    for (int d = 0; d < 3; ++d) (*v)[d] = *numbers++;
+SphereMemory read_memory(const double* numbers) {
+  SphereMemory memory;
+  for (Vec3* v : memory.vectors()) {
+    *v = Vec3(numbers);
+    numbers += 3;
+  }
   memory.fresh = *numbers != 0.0;
+  return memory;
 }
 
 }  // namespace
@@ -83,7 +77,7 @@ void ImmersedBoundary<Real>::hand_over_memories(std::vector<Mobile>& now) const 
   exchange(decomposition_.comm(), memory_message, leaving, coming);
   for (const auto& [rank, spheres] : receivers)
     for (std::size_t m = 0; m < spheres.size(); ++m)
-      read_memory(coming[rank].data() + m * memory_numbers, now[spheres[m]].memory);
+      now[spheres[m]].memory = read_memory(coming[rank].data() + m * memory_numbers);
 }
 
 template <class Real>
@@ -158,8 +152,9 @@ std::vector<typename ImmersedBoundary<Real>::Share> ImmersedBoundary<Real>::comp
 /// So it gets only the share m/(m + C* rho_f V) of what is due: the factor becomes
 /// (C* - C)/(rho_p/rho_f + C*), a kick still ends at m/(m + C rho_f V) of its speed, and a steady
 /// force arrives whole, C* rho_f/rho_p steps late. C* = 2 covers what comes on top of the 1/2 of a
-/// sphere alone: walls, neighbours, and the old pressure, which answers later. (1/2 and 1 leave
-/// swings of 5 and 2 % of the speed at rho_p/rho_f = 1.2, 2 less than 1 % from 0.5 on.)
+/// sphere alone: walls, neighbours, and the old pressure, which answers later. (Trials with the
+/// constant changed: 1/2 and 1 left swings of 5 and 2 % of the speed at rho_p/rho_f = 1.2; 2 leaves
+/// less than 1 % from 0.5 on.)
 template <class Real>
 double ImmersedBoundary<Real>::reaction_share(const SphereState& sphere) const {
   if (exchange_ == Exchange::stage || sphere.density == 0.0) return 1.0;
@@ -174,7 +169,7 @@ std::vector<SphereLoad> ImmersedBoundary<Real>::loads(double stage_step, bool sp
   for (std::size_t n = 0; n < mobile_.size(); ++n) {
     if (mobile_[n].home != decomposition_.rank()) continue;
     const SphereState& state = mobile_[n].state;
-    Memory& memory = mobile_[n].memory;
+    SphereMemory& memory = mobile_[n].memory;
     const InteriorMomentum before = interior_momentum(sums[n].before, state.radius);
     const InteriorMomentum after = interior_momentum(sums[n].after, state.radius);
     if (memory.fresh) memory.forced = before;
