@@ -75,7 +75,13 @@ def start(ask: Ask) -> tuple[int, Path]:
     restart = ask.restart.resolve() if ask.restart is not None else None
     if restart is not None:
         check_restart(restart)
-    launch = with_memory(ask, Launch.read(run_folder(restart)) if restart else None)
+    before = Launch.read(run_folder(restart)) if restart else None
+    if restart is not None and before is None and ask.scene is None:
+        raise UserError(
+            f"--restart {restart}: its run was not started by ./bedload run, so nothing there says which scene it is; "
+            "name it: ./bedload run SCENE --restart …"
+        )
+    launch = with_memory(ask, before)
     scene = find_scene(launch.scene)
     settings = presets.settings_of(launch.accuracy, scene, list(launch.sets))
     out = output_folder(ask, scene, launch, restart)

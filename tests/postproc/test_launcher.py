@@ -220,6 +220,9 @@ def test_a_restart_is_told_what_the_run_was_told(tmp_path, started, capsys):
         assert "with --accuracy draft --set checkpoint.every=2 --set time.end=9 --var density=1.3" in said.out
         assert f"go on with --restart {last}" in said.err
     (out / folders.LAUNCH).unlink()  # of a run that was not started here: the script's own
+    with pytest.raises(UserError, match="name it: ./bedload run SCENE --restart"):
+        runs.start(runs.Ask(restart=out))
+    assert not (out / folders.LAUNCH).exists()  # no scene was made up for it
     cli.run(cli.parse(["run", "setup2_small", "--restart", str(out)]))
     assert started[-1][started[-1].index("model") + 1] == "actm_hw"
     assert "time.end=9" not in started[-1]
