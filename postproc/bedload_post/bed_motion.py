@@ -4,6 +4,7 @@ Both from the samples of spheres.h5. A grain moves when it is faster than 0.01 u
 surface over a piece of the bed, one diameter long, is the mean over z of the highest grain's top.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -42,6 +43,34 @@ def maps(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             tops.append(np.where(found.any(axis=1), total / np.maximum(1, found.sum(axis=1)), np.nan))
             times.append(float(time))
     return np.array(times), np.array(shares), np.array(tops)
+
+
+def compare(named: Sequence[tuple[str, Run]], file: Path) -> bool:
+    """Where and when grains move, one panel a run, on one scale; False, and nothing drawn, without a bed's maps."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    found = [(name, run, *maps(run)[:2]) for name, run in named if _grains(run) >= FEWEST]
+    found = [one for one in found if len(one[2]) >= 2]
+    if not found:
+        return False
+    figure, axes = plt.subplots(
+        1, len(found), figsize=(1.5 + 2.3 * len(found), 4.5), layout="constrained", sharey=True, squeeze=False
+    )
+    for axis, (name, run, time, share) in zip(axes[0], found, strict=True):
+        unit = run.diameter / run.bulk_velocity
+        reach = (0.0, run.box[0] / run.diameter, time[0] / unit, time[-1] / unit)
+        image = axis.imshow(
+            share, origin="lower", aspect="auto", extent=reach, cmap="inferno", vmin=0, vmax=1, interpolation="nearest"
+        )
+        axis.set(title=name, xlabel="x / D")
+    axes[0, 0].set_ylabel("t u_b / D")
+    figure.colorbar(image, ax=axes[0, -1], label="share of grains in motion")
+    figure.savefig(file, dpi=90)
+    plt.close(figure)
+    return True
 
 
 def _grains(run: Run) -> int:

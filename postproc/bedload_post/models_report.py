@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import flow_statistics, neighbours, path
+from . import bed_motion, flow_statistics, neighbours, path
 from . import model_figures as figures
 from . import paper_statements as paper
 from .batches import HIGHEST_MEMORY, Estimate
@@ -362,6 +362,8 @@ def draw_figures(comparison: Comparison, folder: Path) -> list[tuple[str, str]]:
          lambda file: figures.collisions(measured, file))  # fmt: skip
     draw("series.png", "Mean velocity of all grains over time",
          lambda file: figures.velocity_series(cases, file))  # fmt: skip
+    draw("motion.png", "Where and when grains of the bed move",
+         lambda file: bed_motion.compare([(case.label, case.run) for case in cases], file))  # fmt: skip
     if flows:
         draw("flow.png", "The flow: mean velocity, rms, total shear stress",
              lambda file: figures.flow(flows, file))  # fmt: skip

@@ -6,7 +6,7 @@ left alone, one that was interrupted goes on, so the command may be given as oft
 """
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ from bedload_post.batches import estimate
 from bedload_post.bed_friction import friction_velocity
 from bedload_post.frames import frames
 from bedload_post.incipient_motion import Point
+from bedload_post.model_figures import MODELS
 from bedload_post.outputs import MissingOutput, Run
 from bedload_post.states import RESTING
 from bedload_post.transport import measure
@@ -161,6 +162,7 @@ def experiment(plan: Plan, options: argparse.Namespace) -> Experiment:
         complete(bare, plan, ranks)
     friction, source = friction_velocity(Run(bare.out), since)
     settings, points, runs = plan.settings, [], [bare]
+    outputs: dict[tuple[str, float], Run] = {}
     for shields in sorted(options.shields):
         gravity = gravity_for(shields, friction, settings)
         for model in options.models:
@@ -168,18 +170,23 @@ def experiment(plan: Plan, options: argparse.Namespace) -> Experiment:
             if not options.report_only:
                 complete(member, plan, ranks)
             try:
-                points.append(point_of(Run(member.out), model, shields, since))
+                outputs[model, shields] = Run(member.out)
+                points.append(point_of(outputs[model, shields], model, shields, since))
                 runs.append(member)
             except MissingOutput as missing:
                 print(f"bedload: left out of the report: {missing}", flush=True)
     if not points:
         raise UserError(f"no run in {plan.out} has got beyond {plan.discard:g} flow-throughs.")
-    return Experiment(
+    found = Experiment(
         plan.scene.name, plan.cells_per_diameter, plan.throughs, plan.discard, friction, source,
         settings["fluid"]["kinematic_viscosity"], settings["reference"]["diameter"],
         settings["reference"]["sphere_density"] / settings["fluid"]["density"],
         points, models.circumstances(runs, ranks, made_by.of_all([r.out for r in runs])),
     )  # fmt: skip
+    nearest = min({p.shields for p in points}, key=lambda shields: abs(np.log(shields / found.shields_threshold)))
+    return replace(found, shown=[
+        (MODELS.get(model, (model,))[0], one) for (model, shields), one in outputs.items() if shields == nearest
+    ])  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> int:

@@ -12,9 +12,11 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (the backend comes first)
 import numpy as np  # noqa: E402
 
+from bedload_post import bed_motion  # noqa: E402
 from bedload_post import incipient_motion as motion  # noqa: E402
 from bedload_post.incipient_motion import Point, Threshold  # noqa: E402
 from bedload_post.model_figures import MODELS  # noqa: E402
+from bedload_post.outputs import Run  # noqa: E402
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,7 @@ class Experiment:
     density_ratio: float
     points: Sequence[Point]
     circumstances: dict[str, str]
+    shown: Sequence[tuple[str, Run]] = ()  # whose motion is drawn over x and time, one a model
 
     @property
     def models(self) -> list[str]:
@@ -92,8 +95,8 @@ def draw(found: Experiment, file: Path) -> None:
     plt.close(figure)
 
 
-def as_text(found: Experiment) -> str:
-    """README.md of the report."""
+def as_text(found: Experiment, motion_drawn: bool = False) -> str:
+    """README.md of the report; `motion_drawn`: motion.png stands beside it."""
     reynolds = found.friction_velocity * found.diameter / found.viscosity
     lines = [
         f"# Onset of motion: {found.scene}",
@@ -130,6 +133,9 @@ def as_text(found: Experiment) -> str:
         points = found.of(model)
         said = verdict(motion.threshold_of_share(points), [p.shields for p in points], expected)
         lines.append(f"- {model}: {said}.")
+    if motion_drawn:
+        lines += ["", "Where and when grains move, at the Shields number nearest to Shields' curve:", "",
+                  "![Share of grains in motion over x and time](motion.png)"]  # fmt: skip
     lines += [
         "",
         "## All runs",
@@ -148,10 +154,11 @@ def as_text(found: Experiment) -> str:
 
 
 def write(found: Experiment, folder: Path) -> None:
-    """threshold.png, README.md and numbers.json into `folder`."""
+    """threshold.png, motion.png where there are many grains, README.md and numbers.json into `folder`."""
     folder.mkdir(parents=True, exist_ok=True)
     draw(found, folder / "threshold.png")
-    (folder / "README.md").write_text(as_text(found), encoding="utf-8")
+    drawn = bed_motion.compare(found.shown, folder / "motion.png")
+    (folder / "README.md").write_text(as_text(found, drawn), encoding="utf-8")
     numbers = [
         {
             "model": p.model, "shields": p.shields,

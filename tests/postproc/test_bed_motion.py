@@ -36,3 +36,11 @@ def test_share_in_motion_and_surface(monkeypatch):
     assert share == pytest.approx(np.array([[1 / 3, 0.0], [2 / 3, 1.0]]))  # 0.009 u_b is rest
     # Over the first piece the strips' highest tops are 2.5 and 2.0; over the second one strip holds a grain.
     assert top == pytest.approx(np.array([[2.25, 3.5], [2.25, 3.5]]))
+
+
+def test_several_runs_stand_side_by_side_on_one_scale(monkeypatch, tmp_path):
+    named = [("rpm", FakeRun(monkeypatch)), ("actm", FakeRun(monkeypatch))]
+    assert not bed_motion.compare(named, tmp_path / "motion.png")  # four grains: their paths say more
+    monkeypatch.setattr(bed_motion, "_grains", lambda _: bed_motion.FEWEST)
+    assert bed_motion.compare(named, tmp_path / "motion.png")
+    assert (tmp_path / "motion.png").stat().st_size > 1000
