@@ -87,11 +87,15 @@ bool draws_random_numbers(std::string_view style) {
          style.starts_with("particledistribution/");
 }
 
+/// In pieces that MPI's 32-bit counts hold.
 void broadcast(std::vector<std::uint8_t>& bytes, MPI_Comm comm) {
+  constexpr std::uint64_t piece = 1 << 30;
   std::uint64_t size = bytes.size();
   MPI_Bcast(&size, 1, MPI_UINT64_T, 0, comm);
   bytes.resize(size);
-  MPI_Bcast(bytes.data(), static_cast<int>(size), MPI_CHAR, 0, comm);
+  for (std::uint64_t first = 0; first < size; first += piece)
+    MPI_Bcast(bytes.data() + first, static_cast<int>(std::min(piece, size - first)), MPI_CHAR, 0,
+              comm);
 }
 
 /// Texts that hold no line feed, as one text; and back.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fluid/files/hdf5_file.hpp"
+#include "fluid/grid/mpi_records.hpp"
 
 namespace bedload {
 
@@ -111,22 +112,18 @@ Part even_share(std::uint64_t rows, MPI_Comm comm);
 template <class Record>
 std::vector<Record> send_to_ranks(MPI_Comm comm, const std::vector<std::vector<Record>>& to) {
   const std::size_t ranks = to.size();
-  std::vector<int> leaving(ranks), coming(ranks), leaving_at(ranks, 0), coming_at(ranks, 0);
+  std::vector<int> leaving(ranks), coming(ranks), leaving_at(ranks), coming_at;
   std::vector<Record> packed;
   for (std::size_t r = 0; r < ranks; ++r) {
-    leaving[r] = static_cast<int>(to[r].size());
-    leaving_at[r] = static_cast<int>(packed.size());
+    leaving[r] = mpi_count(to[r].size(), "records to send");
+    leaving_at[r] = mpi_count(packed.size(), "records to send");
     packed.insert(packed.end(), to[r].begin(), to[r].end());
   }
   MPI_Alltoall(leaving.data(), 1, MPI_INT, coming.data(), 1, MPI_INT, comm);
-  for (std::size_t r = 1; r < ranks; ++r) coming_at[r] = coming_at[r - 1] + coming[r - 1];
-  std::vector<Record> come(static_cast<std::size_t>(coming_at.back() + coming.back()));
-  MPI_Datatype record;
-  MPI_Type_contiguous(static_cast<int>(sizeof(Record)), MPI_BYTE, &record);
-  MPI_Type_commit(&record);
-  MPI_Alltoallv(packed.data(), leaving.data(), leaving_at.data(), record, come.data(),
-                coming.data(), coming_at.data(), record, comm);
-  MPI_Type_free(&record);
+  std::vector<Record> come(places_of(coming, coming_at));
+  const RecordType<Record> record;
+  MPI_Alltoallv(packed.data(), leaving.data(), leaving_at.data(), record.type, come.data(),
+                coming.data(), coming_at.data(), record.type, comm);
   return come;
 }
 

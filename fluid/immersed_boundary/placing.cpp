@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "fluid/grid/mpi_records.hpp"
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
 #include "fluid/immersed_boundary/marker_volume.hpp"
 #include "fluid/immersed_boundary/stopwatch.hpp"
@@ -43,6 +44,9 @@ void ImmersedBoundary<Real>::find_planes_reached() {
   // Through a periodic end spheres reach the other side's planes.
   planes_reached_ =
       grid_.periodic(1) ? decomposition_.planes() : std::min(planes, decomposition_.planes());
+  // Places in a field, as markers keep them.
+  mpi_count(scratch_.plane_size() * static_cast<std::uint64_t>(planes_reached_ + 3),
+            "velocities beside spheres");
   const int stored = std::max(planes_reached_, 1);
   if (stored <= scratch_.planes()) return;
   scratch_ = Field<Real>(grid_, {1, decomposition_.rows()}, 3);  // its memory first

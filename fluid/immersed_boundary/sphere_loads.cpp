@@ -4,6 +4,7 @@
 #include <numbers>
 #include <type_traits>
 
+#include "fluid/grid/mpi_records.hpp"
 #include "fluid/immersed_boundary/excess_spin.hpp"
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
 
@@ -19,11 +20,14 @@ constexpr int memory_message = 21, share_message = 22, spin_message = 23;  // me
 void exchange(MPI_Comm comm, int tag, const std::map<int, std::vector<double>>& leaving,
               std::map<int, std::vector<double>>& coming) {
   std::vector<MPI_Request> requests;
+  const auto length = [](const auto& message) {
+    return mpi_count(message.size(), "numbers to send");
+  };
   for (auto& [rank, message] : coming)
-    MPI_Irecv(message.data(), static_cast<int>(message.size()), MPI_DOUBLE, rank, tag, comm,
+    MPI_Irecv(message.data(), length(message), MPI_DOUBLE, rank, tag, comm,
               &requests.emplace_back());
   for (const auto& [rank, message] : leaving)
-    MPI_Isend(message.data(), static_cast<int>(message.size()), MPI_DOUBLE, rank, tag, comm,
+    MPI_Isend(message.data(), length(message), MPI_DOUBLE, rank, tag, comm,
               &requests.emplace_back());
   MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
 }
