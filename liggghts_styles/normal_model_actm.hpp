@@ -31,7 +31,8 @@ inline constexpr int BEDLOAD_ACTM = 20;
 /// - actm_step: number of the last step in contact
 /// - actm_settling: step at which it began, -1 once it is stiff enough to bear the weight
 /// - actm_lost: energy that its damping has dissipated and no stiffening has used
-/// - actm_impact: 1 if it began as a collision, 0 as an enduring contact
+/// - actm_impact: 1 if it began as a collision and has not hardened, 0 as an enduring contact
+/// - actm_onset, actm_slope: its hardening (formulas/actm_hardening.hpp)
 template <>
 class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
  public:
@@ -48,8 +49,12 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
        "radii of the smaller sphere", "Overlap under the own weight in an enduring contact."}};
   static constexpr std::string_view rules[] = {"plain", "kempe_froehlich", "biegert"};
   enum Rule { plain, kempe_froehlich, biegert };
+  static constexpr std::string_view switches[] = {"off", "on"};
+  enum Switch { off, on };
   static constexpr bedload::ChoiceKeyword choices[] = {
-      {"enduring", rules, biegert, "Rule for slow impacts and contacts that last."}};
+      {"enduring", rules, biegert, "Rule for slow impacts and contacts that last."},
+      {"hardening", switches, on,
+       "A stiffer spring beyond the overlap that the impact can reach, for loads of others."}};
   static constexpr bedload::StyleHelp help{
       "normal model actm",
       "Adaptive collision time: each collision is stretched to T_c and rebounds with "
@@ -72,6 +77,8 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     hsetup->add_history_value("actm_settling", "0");
     hsetup->add_history_value("actm_lost", "0");
     hsetup->add_history_value("actm_impact", "0");
+    hsetup->add_history_value("actm_onset", "0");
+    hsetup->add_history_value("actm_slope", "0");
   }
 
   void registerSettings(Settings& settings) override {
@@ -80,6 +87,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     bedload::read_setting(settings, keywords[2], stokes_setting_);
     bedload::read_setting(settings, keywords[3], overlap_setting_);
     bedload::read_choice(settings, choices[0], rule_);
+    bedload::read_choice(settings, choices[1], hardening_);
   }
 
   void postSettings(IContactHistorySetup*, ContactModelBase*) override {}
@@ -168,6 +176,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
 
   struct History {
     double stiffness, damping, birth_overlap, speed, force, step, settling, lost, impact;
+    bedload::contact::ActmHardening hardening;
   };
 
   /// One step of a contact: birth if there is none, force, memory of both. Sets s.kn.
@@ -186,18 +195,22 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     if (mass == 0) return 0;  // neither can move
     if (!alive || approach > softening * h.speed) {
       calibrate(s, mass, approach, h);
+      harden(s, mass, alive, h);
       h.settling = now;
       h.lost = 0;
     } else if (rule_ == biegert && h.settling >= 0 && update->ntimestep % settling_stride == 0) {
       settle(s, mass, now, h);
     }
-    const bedload::contact::ActmStep done = bedload::contact::actm_step(
-        {h.stiffness, h.damping}, s.deltan - h.birth_overlap, approach, mass, update->dt, !alive);
+    const bedload::contact::ActmStep done =
+        bedload::contact::actm_step({h.stiffness, h.damping}, s.deltan - h.birth_overlap, approach,
+                                    mass, update->dt, !alive, h.hardening);
     if (h.settling >= 0) {
       const double middle = approach - 0.5 * done.force * update->dt / mass;
       h.lost += h.damping * middle * middle * update->dt;
     }
     s.kn = done.secant_stiffness;
+    if (bedload::contact::hardening_force(h.hardening, s.deltan - h.birth_overlap) > 0)
+      h.impact = 0;
     if (lubrication_ != nullptr) tell_film(s, now, h);
     if (done.last) h.stiffness = 0;
     h.force = done.force;
@@ -250,6 +263,18 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     if (rule_ != biegert) soften_to_resolved(s, mass, h);
   }
 
+  /// The second spring of a contact that begins, or is hit anew: then it must not gain energy.
+  void harden(const SurfacesIntersectData& s, double mass, bool alive, History& h) const {
+    const double before = h.hardening.slope;
+    h.hardening = {};
+    if (hardening_ == off) return;
+    const double expected = bedload::contact::largest_overlap_expected(
+        mass, h.speed, submerged_gravity(heavier_partner(s)), h.stiffness,
+        calibration(s).largest_overlap);
+    h.hardening = bedload::contact::actm_hardening(expected, h.stiffness, mass, update->dt);
+    if (alive) h.hardening.slope = std::min(h.hardening.slope, before);
+  }
+
   /// A contact that is still there after twice the collision time is no collision: other forces
   /// hold it. It becomes stiff enough to bear the weight, by no more than an e-fold per collision
   /// time, and pays the elastic energy for that from what its damping has taken, so that no energy
@@ -290,9 +315,10 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     set(h, bedload::contact::actm_coefficients_of_stiffness(mass, h.speed, most, calibration(s)));
   }
 
-  /// Overlap at rest whose frequency sqrt(1.5 g/δ) the step resolves, 0.3/Δt.
+  /// Overlap at rest whose frequency sqrt(1.5 g/δ) the step resolves.
   double resolved_overlap(double g) const {
-    return 1.5 * g * update->dt * update->dt / (0.3 * 0.3);
+    const double shortest = update->dt / bedload::contact::resolved_phase;
+    return 1.5 * g * shortest * shortest;
   }
 
   static void set(History& h, const bedload::contact::ActmCoefficients& c) {
@@ -354,7 +380,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
   bedload::FixLubrication* lubrication_ = nullptr;
   double time_setting_ = 0, steps_setting_ = not_given;
   double stokes_setting_ = not_given, overlap_setting_ = not_given;
-  int rule_ = biegert;
+  int rule_ = biegert, hardening_ = on;
   bedload::ModelScale scale_{};
   double critical_stokes_ = 0, resting_overlap_ = 0;
   bedload::PairTable restitution_;

@@ -16,15 +16,18 @@ namespace {
 constexpr double highest_cell = 5.0;
 /// Courant number of the first step that leaves room for gusts below the scheme's limit of sqrt(3).
 constexpr double brisk_courant = 1.0;
-/// Ratio of masses from which on a contact is entered deeper than it should be: 3 is well, 8 is not
-/// (the cases pinned and size_ratio of the study of stability).
-constexpr double masses_apart = 8.0;
+/// Ratio of masses from which on a contact is entered deeper than it should be where one DEM step
+/// to a time step leaves no room for hardening: 3 is well, 8 is not; and from which on a light
+/// sphere may be shot out at a speed that time.step does not carry: 20 is well, 64 is not at a
+/// Courant number of 0.3 (the cases pinned and size_ratio of the study of stability).
+constexpr double masses_apart = 8.0, masses_far_apart = 64.0;
 
 /// Cells in the boundary layer D/sqrt(Re) of a falling sphere below which drag has not been
 /// validated: settling at Ga 144 is 0.3 % slow with 0.59 (`./bedload study validation choices`).
 constexpr double thinnest_layer = 0.5;
 
-/// A contact of actm is as stiff as its own two spheres ask for, whatever leans on them.
+/// A contact of actm is as stiff as its own two spheres ask for, and hardens under what leans on
+/// them as far as the DEM step resolves.
 void warn_of_unequal_masses(const Settings& s, std::span<const SphereState> spheres,
                             std::vector<std::string>& found) {
   double lightest = std::numeric_limits<double>::infinity(), heaviest = 0.0;  // over 4 pi/3
@@ -34,13 +37,17 @@ void warn_of_unequal_masses(const Settings& s, std::span<const SphereState> sphe
     lightest = std::min(lightest, mass);
     heaviest = std::max(heaviest, mass);
   }
-  if (heaviest < masses_apart * (1.0 - 1e-9) * lightest) return;
-  found.push_back(fmt::format(
-      "{}: the heaviest mobile sphere has {:.3g} times the mass of the lightest; one that gets "
-      "between such a sphere and a wall or the bed is entered up to four times as deep as in a "
-      "collision of equals (./bedload study stability --case pinned, --case size_ratio); reduce "
-      "'time.step' where that matters, to which the depth is proportional.",
-      s.file, heaviest / lightest));
+  const bool hardens = s.coupling.dem_steps > 1;
+  if (heaviest < (hardens ? masses_far_apart : masses_apart) * (1.0 - 1e-9) * lightest) return;
+  const char* const what =
+      hardens ? "shot out at up to three times the heavy one's speed (./bedload study stability "
+                "--case size_ratio); reduce 'time.step' where the CFL limit ends the run"
+              : "entered up to four times as deep as in a collision of equals; set "
+                "'coupling.dem_steps' to 15";
+  found.push_back(
+      fmt::format("{}: the heaviest mobile sphere has {:.3g} times the mass of the lightest; one "
+                  "that gets between such a sphere and a wall or the bed is {}.",
+                  s.file, heaviest / lightest, what));
 }
 
 /// Along a periodic direction nothing can hold the fluid up against gravity but a pressure gradient

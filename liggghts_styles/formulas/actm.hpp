@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "liggghts_styles/formulas/actm_calibration.hpp"
+#include "liggghts_styles/formulas/actm_hardening.hpp"
 
 /// Normal force of the adaptive collision time model (ACTM) and its step in a leapfrog integrator.
 ///
@@ -65,7 +66,8 @@ struct ActmStep {
 
 /// Force of one step of the leapfrog  w⁺ = w⁻ - F Δt/m,  δ⁺ = δ - w⁺ Δt ... taken at overlap δ.
 ///
-///     F = k δ^{3/2} + W d (w⁻ + w⁺)/2   =>   F = (k δ^{3/2} + W d w⁻) / (1 + W d Δt / (2 m))
+///     S = k δ^{3/2} + H(δ),   F = S + W d (w⁻ + w⁺)/2   =>   F = (S + W d w⁻) / (1 + W d Δt / (2
+///     m))
 ///
 /// The damping is taken at the middle of the kick, which makes it second order in Δt and stable.
 /// The damping force starts and ends with a jump, and a sum over whole steps would count that jump
@@ -76,12 +78,13 @@ struct ActmStep {
 ///     otherwise                               W = 1.
 /// @param overlap δ > 0 [m]  @param approach w⁻ [m/s]  @param mass m [kg]  @param dt Δt [s]
 /// @param first_step whether the contact was not there a step ago
+/// @param hardening H of actm_hardening.hpp
 /// @return the force, and whether this step was the last one: the contact is over then, even if
 /// rounding of W leaves a trace of overlap at the next step
 inline ActmStep actm_step(const ActmCoefficients& c, double overlap, double approach, double mass,
-                          double dt, bool first_step) {
+                          double dt, bool first_step, const ActmHardening& hardening = {}) {
   const double secant = c.stiffness * std::sqrt(overlap);
-  const double spring = secant * overlap;
+  const double spring = secant * overlap + hardening_force(hardening, overlap);
   const double kick = dt / mass;
   const auto force = [&](double part) {
     return (spring + part * c.damping * approach) / (1 + 0.5 * part * c.damping * kick);

@@ -35,8 +35,9 @@ struct DryCollision {
 
 /// Parameters that make a collision rebound with e and last T_c.
 struct ActmCalibration {
-  double lambda;  ///< λ [-]
-  double tau;     ///< τ = T_c / t* [-]
+  double lambda;               ///< λ [-]
+  double tau;                  ///< τ = T_c / t* [-]
+  double largest_overlap = 0;  ///< X, in units of u t* [-]
 };
 
 namespace detail {
@@ -107,14 +108,18 @@ inline DryCollision dry_collision(double lambda, int steps = 2000) {
   return {-c.y, c.t, largest};
 }
 
-/// Inverts e(λ) to round-off (secant steps kept inside a bracket) and returns λ and τ.
+/// Inverts e(λ) to round-off (secant steps kept inside a bracket) and returns λ, τ and X.
 /// @param restitution e_dry, minimum_restitution <= e <= 1 [-]
 /// @throws std::invalid_argument outside that range.
 inline ActmCalibration calibrate_actm(double restitution) {
   if (!(restitution >= minimum_restitution && restitution <= 1)) {
     throw std::invalid_argument("restitution coefficient outside its range");
   }
-  if (restitution == 1) return {0.0, dry_collision(0.0).duration};
+  const auto calibrated = [](double lambda) {
+    const DryCollision found = dry_collision(lambda);
+    return ActmCalibration{lambda, found.duration, found.largest_overlap};
+  };
+  if (restitution == 1) return calibrated(0.0);
   // e(λ) falls monotonically from 1 and reaches 0 near λ = 0.57.
   double lower = 0.0, upper = 0.7;
   double f_lower = 1 - restitution, f_upper = -restitution;
@@ -139,7 +144,7 @@ inline ActmCalibration calibrate_actm(double restitution) {
     }
     if (std::abs(f) < 1e-15) break;
   }
-  return {lambda, dry_collision(lambda).duration};
+  return calibrated(lambda);
 }
 
 /// Closed form of Ray, Kempe and Fröhlich (2015) for the same two numbers, for comparison: with

@@ -22,6 +22,7 @@ from .criteria import (
     IMPACT_DENSITY,
     KICK_VISCOSITY,
     OVERLAPPING_SPEED,
+    PINNED_GRAVITY,
     PRESSED_DENSITY,
     PRESSED_GRAVITY,
     PRESSED_VISCOSITY,
@@ -120,10 +121,10 @@ def wedged(opening: float, dt: float) -> SmallScene:
 
 def pinned(density: float, dt: float) -> SmallScene:
     balls = [
-        Ball((1.52, 0.501, 1.49)),
+        Ball((1.52, 0.501, 1.49), density=GRAIN_DENSITY),
         Ball((1.54, 1.8, 1.5), density=density, velocity=(0.0, -1.0, 0.0)),
     ]
-    return SmallScene((3.0, 4.0, 3.0), 8, 0.02, dt, 3.0, balls, gravity=1.0)
+    return SmallScene((3.0, 4.0, 3.0), 8, 0.02, dt, 3.0, balls, gravity=PINNED_GRAVITY)
 
 
 # --- Thirteen spheres, twelve contacts on one ------------------------------------------------------

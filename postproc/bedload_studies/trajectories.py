@@ -1,5 +1,6 @@
 """The mobile spheres of one run, from its start to its end, beside what they can touch."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,11 +37,12 @@ class Trajectories(Frames):
         """Largest speed of any sphere at any time; not a number where a value is none."""
         return float(np.max(np.linalg.norm(self.velocity, axis=2)))
 
-    def kinetic_energy(self) -> np.ndarray:
-        """Sum of R^3 (u^2 / 2 + R^2 omega^2 / 5) over the spheres, shape (m): energy over 4/3 pi rho."""
+    def kinetic_energy(self, densities: Sequence[float] | np.ndarray = (1.0,)) -> np.ndarray:
+        """Sum of rho R^3 (u^2 / 2 + R^2 omega^2 / 5) over the spheres, shape (m): energy over 4/3 pi.
+        densities: of each sphere, or one of all."""
         u2 = np.sum(self.velocity**2, axis=2)
         w2 = np.sum(self.angular_velocity**2, axis=2)
-        return np.sum(self.radius**3 * (0.5 * u2 + 0.2 * self.radius**2 * w2), axis=1)
+        return np.sum(np.asarray(densities) * self.radius**3 * (0.5 * u2 + 0.2 * self.radius**2 * w2), axis=1)
 
     def travel(self) -> np.ndarray:
         """Way of each sphere from its start to its end, the velocities summed up, shape (n, 3)."""

@@ -168,13 +168,16 @@ def test_spheres_too_light_for_the_scheme_are_refused(tmp_path, density, options
 
 
 THICK = ("--set", "fluid.kinematic_viscosity=0.03")  # boundary layers of more than half a cell
+ONE_STEP = (*THICK, "--set", 'coupling.exchange="step"', "--set", "coupling.dem_steps=1")
 
 
 @pytest.mark.parametrize(
     ("change", "options", "words"),
     [
-        ("set atom 9 diameter 1.0 density 2.5\nset atom 10 diameter 1.0 density 20", THICK, "8 times the mass"),
-        ("set atom 9 diameter 1.0 density 2.5\nset atom 10 diameter 1.0 density 19", THICK, None),
+        ("set atom 9 diameter 1.0 density 2.5\nset atom 10 diameter 1.0 density 20", ONE_STEP, "8 times the mass"),
+        ("set atom 9 diameter 1.0 density 2.5\nset atom 10 diameter 1.0 density 19", ONE_STEP, None),
+        ("set atom 9 diameter 1.0 density 2.5\nset atom 10 diameter 1.0 density 20", THICK, None),
+        ("set atom 9 diameter 1.0 density 2.5\nset atom 10 diameter 1.0 density 160", THICK, "64 times the mass"),
         # Re = 469 and 252, D/h = 8: 0.37 and 0.504 cells.
         ("set type 2 density 20", (), "a boundary layer D/sqrt(Re) of 0.3"),
         ("set type 2 density 8", (), None),

@@ -90,6 +90,103 @@ TEST(Actm, PrescribedStiffnessKeepsTheDamping) {
   EXPECT_NEAR(speed_at_stokes(5, 1e-3, 1000 * 0.01), 9 * 5 * 1e-3 / 10, 1e-15);
 }
 
+// Leapfrog with the spring alone, from the first touch until it is apart again, or would come back.
+struct Undamped {
+  double largest_overlap, rebound;
+};
+Undamped press(const ActmCoefficients& c, const ActmHardening& hardening, double mass, double speed,
+               double push, double dt) {
+  Undamped found{0, 0};
+  double overlap = 0, approach = speed + 0.5 * push * dt / mass;
+  do {
+    overlap += approach * dt;
+    found.largest_overlap = std::max(found.largest_overlap, overlap);
+    const double spring = c.stiffness * std::pow(std::max(overlap, 0.0), 1.5);
+    approach += (push - spring - hardening_force(hardening, overlap)) * dt / mass;
+    found.rebound = std::max(found.rebound, -approach);
+  } while (overlap > 0 && (found.rebound == 0 || approach < 0));
+  return found;
+}
+
+TEST(Hardening, ForceAndPotential) {
+  const ActmHardening h{0.8, 3.0};
+  EXPECT_EQ(hardening_force(h, 0.5), 0);
+  EXPECT_EQ(hardening_force(h, 0.8), 0);
+  EXPECT_NEAR(hardening_force(h, 0.9), 3.0 * 0.1 / 2, 1e-14);             // ε = b: half of K ε
+  EXPECT_NEAR(hardening_force(h, 0.8 + 1e-6), 3.0 * 1e-12 / 0.1, 1e-15);  // begins with no slope
+  double work = 0, last = 0;
+  const double step = 1e-5;
+  for (double overlap = 0.7; overlap < 2; overlap += step) {
+    work += hardening_force(h, overlap + 0.5 * step) * step;
+    const double force = hardening_force(h, overlap + step);
+    EXPECT_GE(force, last);
+    EXPECT_LE(force - last, h.slope * step * (1 + 1e-9));
+    last = force;
+    ASSERT_NEAR(hardening_energy(h, overlap + step), work, 1e-8);
+  }
+  EXPECT_EQ(hardening_force({0.8, 0.0}, 2), 0);
+  EXPECT_EQ(hardening_energy({0.8, 0.0}, 2), 0);
+}
+
+// At most the sum of the two overlaps that either of them reaches alone, at least 0.69 of it: where
+// they are equal, r of each with r^{5/2} = 1 + r.
+TEST(Hardening, ExpectedOverlapHoldsImpactAndWeight) {
+  const double m = 2.0, k = 300.0, X = dry_collision(0.0).largest_overlap;
+  for (const double u : {0.0, 0.2, 1.0}) {
+    for (const double g : {0.0, 0.5, 9.0}) {
+      if (u == 0 && g == 0) continue;
+      const double expected = largest_overlap_expected(m, u, g, k, X);
+      const double reached = press({k, 0}, {}, m, u, m * g, 1e-5).largest_overlap;
+      EXPECT_LT(reached, expected * (1 + 1e-4)) << u << " " << g;
+      EXPECT_GT(reached, expected * (u == 0 || g == 0 ? 1 - 1e-4 : 0.69)) << u << " " << g;
+    }
+  }
+}
+
+TEST(Hardening, BeginsBeyondTheImpactAndStaysResolved) {
+  const double m = 2.0, u = 0.7, T = 3.0;
+  for (const double e : {0.1, 0.5, 0.97, 1.0}) {
+    const ActmCalibration calibration = calibrate_actm(e);
+    const ActmCoefficients c = actm_coefficients(m, u, T, calibration);
+    const double expected =
+        largest_overlap_expected(m, u, 0, c.stiffness, calibration.largest_overlap);
+    const double unit = u * T / calibration.tau;
+    EXPECT_NEAR(expected / unit, dry_collision(calibration.lambda).largest_overlap, 1e-9) << e;
+    const double dt = T / 150;
+    const ActmHardening h = actm_hardening(expected, c.stiffness, m, dt);
+    EXPECT_NEAR(h.onset / expected, 1.1, 1e-12);
+    const double slope = h.slope + 1.5 * c.stiffness * std::sqrt(h.onset);
+    EXPECT_NEAR(std::sqrt(slope / m) * dt, 0.3, 1e-12);
+    // With one step to a fluid step the spring of the impact is as stiff as the step bears.
+    if (e > 0.9) EXPECT_EQ(actm_hardening(expected, c.stiffness, m, T / 10).slope, 0);
+  }
+}
+
+// The impact that k and d are made for, bit for bit as without it; every other one gives its energy
+// back. A mass of 64 comes in less than twice as deep as what the light one expects, not five
+// times.
+TEST(Hardening, LeavesImpactsAndStopsHeavyMasses) {
+  const double m = 2.0, u = 0.7, T = 3.0, dt = T / 150;
+  const ActmCalibration calibration = calibrate_actm(1.0);
+  const ActmCoefficients c = actm_coefficients(m, u, T, calibration);
+  const double expected =
+      largest_overlap_expected(m, u, 0, c.stiffness, calibration.largest_overlap);
+  const ActmHardening h = actm_hardening(expected, c.stiffness, m, dt);
+  const Undamped with = press(c, h, m, u, 0, dt), without = press(c, {}, m, u, 0, dt);
+  EXPECT_EQ(with.largest_overlap, without.largest_overlap);
+  EXPECT_EQ(with.rebound, without.rebound);
+  for (const double ratio : {8.0, 64.0}) {
+    const Undamped soft = press(c, {}, ratio * m, u, 0, dt);
+    const Undamped hard = press(c, h, ratio * m, u, 0, dt);
+    EXPECT_NEAR(soft.largest_overlap / expected, std::pow(ratio, 0.4), 1e-2) << ratio;
+    const double energy = 0.4 * c.stiffness * std::pow(hard.largest_overlap, 2.5) +
+                          hardening_energy(h, hard.largest_overlap);
+    EXPECT_NEAR(energy / (0.5 * ratio * m * u * u), 1.0, 2e-2) << ratio;
+    EXPECT_NEAR(hard.rebound / u, 1.0, 2e-2) << ratio;
+    EXPECT_LT(hard.largest_overlap, (ratio == 8 ? 1.4 : 1.8) * expected) << ratio;
+  }
+}
+
 TEST(Rpm, FormulaAndStrength) {
   EXPECT_EQ(rpm_force(0.2, 0.2, 7, 3), 0);
   EXPECT_EQ(rpm_force(0.3, 0.2, 7, 3), 0);

@@ -161,6 +161,54 @@ def test_wedged_between_wall_and_mover(tmp_path, substeps):
     assert abs(end.v[0, 1]) < (1 + e) * v
 
 
+def heavy_on_light(folder, hardening, ratio):
+    """A sphere of `ratio` times the mass falls on a grain on a wall. Largest overlap over that of an impact at
+    its speed, 0.34 u T_c, and the kinetic energy over that which came, after each half of a fluid step."""
+    u, step = 0.1, 2e-4
+    settings = f"hardening {hardening}"
+    mover = Sphere((0.02 * D, 1.5 * D + 3e-6, 0.01 * D), (0, -u, 0), diameter=D, density=RHO * ratio)
+    scene = Scene(
+        [Sphere((0.0, D / 2 + 1e-6, 0.0), diameter=D), mover],
+        box=((-0.02, 0.02), (-0.01, 0.05), (-0.02, 0.02)),
+        restitution=0.97,
+        fluid_step=step,
+        contact=ACTM,
+        settings=settings,
+        properties=VISCOUS,
+        lines=[f"{FLOOR} {settings}"],
+    )
+    energy, states = energy_series(folder, scene, [8] * 120)
+    deepest = max(max(D / 2 - s.x[0, 1], D - np.linalg.norm(s.x[1] - s.x[0])) for s in states)
+    return deepest / (0.34 * u * 10 * step), energy / energy[0]
+
+
+@pytest.mark.parametrize("ratio", [20, 64])
+def test_a_heavy_mass_leans_on_a_light_grain(tmp_path, ratio):
+    """Both contacts of the grain know its own mass alone: without hardening it is entered 3.0 and 4.6 times as
+    deep as an impact (ratio^{2/5} is 3.3 and 5.3), with it 1.4 and 1.5 times. The energy never grows,
+    and the mover comes back with nearly all of it."""
+    soft, _ = heavy_on_light(tmp_path / "off", "off", ratio)
+    hard, energy = heavy_on_light(tmp_path / "on", "on", ratio)
+    assert soft > 0.8 * ratio**0.4
+    assert 1.1 < hard < 1.8
+    assert np.max(energy) < 1 + 1e-3
+    assert energy[-1] > 0.85
+
+
+def test_hardening_leaves_impacts_alone(tmp_path):
+    """The rebounds of test_impacts_..., with and without, bit for bit."""
+    ends = []
+    for hardening in ("off", "on"):
+        settings = f"hardening {hardening}"
+        spheres = [Sphere((0.015 * n, D / 2 + 1e-6, 0), (0, -0.02 * 4**n, 0), diameter=D) for n in range(4)]
+        scene = above_floor(spheres, 1e-5, 15, box=((-0.02, 0.1), (-0.01, 0.05), (-0.02, 0.2)), restitution=0.9,
+                            settings=settings)  # fmt: skip
+        scene.lines = [f"{FLOOR} {settings}"]
+        ends.append(scene.run(tmp_path / hardening, 60 * 15))
+    assert np.all(ends[0].v[:, 1] > 0)
+    assert np.array_equal(ends[0].v, ends[1].v)
+
+
 @pytest.mark.parametrize("substeps", SUBSTEPS)
 @pytest.mark.parametrize("tangential", ["haff_werner", "history"])
 def test_shot_into_a_wedge(tmp_path, substeps, tangential):

@@ -151,6 +151,33 @@ def test_restart_of_single_contacts_is_bit_for_bit(tmp_path):
         assert np.array_equal(getattr(whole, name), getattr(straight, name)), name
 
 
+def test_restart_of_a_hardened_contact_is_bit_for_bit(tmp_path):
+    """A sphere hit on a wall with a force of 30 times what its impact asks for: in the hardened part, where
+    it is written down, the restarted run goes on with the very same numbers."""
+    contact = CONTACTS["actm"]
+    u, step = 0.1, 1e-3
+    sphere = Sphere((0.0, D / 2 + 1e-5, 0.0), (0.0, -u, 0.0))
+    push = 30 * sphere.mass * u / (10 * step)
+    scene = Scene(
+        [sphere],
+        contact=contact,
+        restitution=0.7,
+        lines=[
+            f"fix floor all wall/gran {contact} primitive type 1 yplane 0.0",
+            f"fix push all addforce 0.0 {-push!r} 0.0",
+        ],
+    )
+    whole = scene.run(tmp_path, ["run 30", *dump_now("middle.dump"), "write_restart state.bin", "run 60"])
+    deep = D / 2 - read_dump(tmp_path / "middle.dump").x[0, 1]
+    assert deep > 1.3 * 0.34 * u * 10 * step
+    head = scene.head()
+    head[head.index("read_data spheres.data")] = "read_restart state.bin"
+    run_script(tmp_path, [*head[1:], "run 60", *dump_now("again.dump")])
+    again = read_dump(tmp_path / "again.dump")
+    for name in ("x", "v", "spin"):
+        assert np.array_equal(getattr(whole, name), getattr(again, name)), name
+
+
 def floor_mesh(side, pieces):
     """A flat floor at y = 0 of pieces x pieces squares of two triangles each, as STL text."""
     edge = np.linspace(-0.02, side + 0.02, pieces + 1)

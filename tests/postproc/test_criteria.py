@@ -201,17 +201,20 @@ def test_wedged():
 
 
 def test_pinned():
-    """The mover comes to rest on the grain, goes through it, or throws it away."""
+    """The mover comes to rest on the grain, goes through it, throws it away, or comes back
+    faster than it fell: at 2.5, 0.28 D give 0.6 g 0.28 D, speeds of up to sqrt(1 + 2 * 0.168)."""
     time = np.arange(0.0, 3.0, DT)
-    for stop, thrown, kept, passes in ((1.52, 0.0, 0.8, True), (0.9, 0.0, 0.8, False),
-                                       (1.52, 2.5, 0.8, False), (1.52, 0.0, 1.0, False)):  # fmt: skip
+    for stop, thrown, kept, back, passes in (
+        (1.52, 0.0, 0.8, 0.0, True), (0.9, 0.0, 0.8, 0.0, False), (1.52, 2.5, 0.8, 0.0, False),
+        (1.52, 0.0, 1.0, 0.0, False), (1.52, 0.0, 0.8, 1.12, True), (1.52, 0.0, 0.8, 1.2, False),
+    ):  # fmt: skip
         fall = np.maximum(1.8 - kept * time, stop)
         place = np.zeros((len(time), 2, 3)) + 1.5
         place[:, 0, 1], place[:, 1, 1] = 0.501, fall
         velocity = np.zeros_like(place)
         velocity[:, 1, 1] = np.where(fall > stop, -kept, 0.0)
         velocity[0, 1, 1] = -1.0
-        velocity[-1, 0, 2] = thrown
+        velocity[-1, 0, 2], velocity[-1, 1, 1] = thrown, back
         run = made_up(time, place, velocity, box=(3.0, 4.0, 3.0))
         assert (kind("pinned", 2.5, run) == PASS) is passes
 

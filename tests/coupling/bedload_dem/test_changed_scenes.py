@@ -47,7 +47,7 @@ REFUSED = {
 
 WARNED = {
     "grains that nothing moves": ((f"{VELOCITY}", "velocity grains set 0 0 0 units box"), (MOTION, "")),
-    "unequal grains later": (between("set atom 10 diameter 1.0 density 25"),),
+    "unequal grains later": (between("set atom 10 diameter 1.0 density 160"),),
 }
 
 
@@ -69,7 +69,7 @@ def test_grains_that_nothing_moves_are_warned_of(results):
 
 
 def test_a_warning_comes_when_the_spheres_call_for_it(results):
-    """Ten times the mass of the other one, from the second coupled_run on."""
+    """64 times the mass of the other one, from the second coupled_run on."""
     result = results["unequal grains later"]
     assert result.status == 0, result.output
-    assert result.output.count("10 times the mass of the lightest") == 1
+    assert result.output.count("64 times the mass of the lightest") == 1
