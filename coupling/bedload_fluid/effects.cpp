@@ -91,12 +91,16 @@ std::vector<EffectRow> effects_of(const Settings& s, std::span<const SphereState
                      fmt::format("{} fixed spheres, weights computed once",
                                  static_cast<std::int64_t>(spheres.size()) - moving)));
   rows.push_back(row("moving boundary", mobile, how_many));
-  rows.push_back(row("interior term", mobile, how_many));
+  rows.push_back(
+      row("interior term", mobile && s.spheres.interior_term,
+          !mobile || s.spheres.interior_term ? how_many : "spheres.interior_term is \"off\""));
   rows.push_back(row("extra forcing loops", s.spheres.forcing_loops > 1,
                      fmt::format("spheres.forcing_loops is {}", s.spheres.forcing_loops)));
-  rows.push_back(
-      row("buoyancy", mobile && has_gravity(s),
-          mobile ? (has_gravity(s) ? "fluid.gravity" : "fluid.gravity is zero") : how_many));
+  rows.push_back(row("buoyancy", mobile && has_gravity(s) && s.spheres.buoyancy,
+                     !mobile              ? how_many
+                     : !has_gravity(s)    ? "fluid.gravity is zero"
+                     : s.spheres.buoyancy ? "fluid.gravity"
+                                          : "spheres.buoyancy is \"off\""));
   rows.push_back(row("output", true,
                      fmt::format("history every {} steps, spheres and fields as [output] says",
                                  s.output.history_every)));

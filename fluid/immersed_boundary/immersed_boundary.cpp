@@ -63,9 +63,10 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       viscosity_(settings.fluid.kinematic_viscosity),
       deferred_impulse_share_(settings.spheres.deferred_impulse_share),
       deferred_angular_share_(settings.spheres.deferred_angular_share),
-      gravity_(settings.fluid.gravity[0], settings.fluid.gravity[1], settings.fluid.gravity[2]),
+      gravity_(settings.spheres.buoyancy ? Vec3(settings.fluid.gravity.data()) : Vec3::Zero()),
       exchange_(settings.coupling.exchange),
       most_loops_(settings.spheres.forcing_loops),
+      interior_term_(settings.spheres.interior_term),
       halo_(grid_, decomposition),
       mobile_halo_(grid_, decomposition),
       scratch_(grid_, {1, decomposition.rows()}, 3) {}
@@ -142,7 +143,7 @@ bool ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
 template <class Real>
 void ImmersedBoundary<Real>::start_stage(const Field<Real>& velocity) {
   const Stopwatch watch(seconds_.interior);
-  for (std::size_t n = 0; n < mobile_.size(); ++n)
+  for (std::size_t n = 0; interior_term_ && n < mobile_.size(); ++n)
     for (const std::size_t c : components)
       mobile_[n].share.before[c] = interior_.sums(3 * n + c, velocity);
   stage_started_ = true;
@@ -225,7 +226,7 @@ void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, dou
   sum_applied(stage_step);
   end_loop(loops == 1 ? seconds_.first_loops : seconds_.extra_loops);
 
-  for (std::size_t n = 0; n < mobile_.size(); ++n)
+  for (std::size_t n = 0; interior_term_ && n < mobile_.size(); ++n)
     for (const std::size_t c : components)
       mobile_[n].share.after[c] = interior_.sums(3 * n + c, velocity);
   end_loop(seconds_.interior);

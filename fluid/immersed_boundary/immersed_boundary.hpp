@@ -199,6 +199,7 @@ class ImmersedBoundary {
   Vec3 gravity_;
   Exchange exchange_;
   int most_loops_;
+  bool interior_term_;  ///< in the loads of the mobile spheres
 
   std::vector<MarkerLayout> layouts_;  ///< one per radius
   std::unordered_map<double, std::size_t> layout_by_radius_;

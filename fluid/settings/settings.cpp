@@ -168,6 +168,12 @@ void declare_keys(Settings& s, Visitor& key) {
              Range{0.01, 1.0}, Need::optional,
              "Share of the angular impulse due to a mobile sphere that it gets per stage; large "
              "shares are unstable for light spheres.");
+  key.word(
+      "spheres.interior_term", s.spheres.interior_term, on_off_words,
+      "Change of the momentum inside a mobile sphere as a part of its load; off: the sphere is "
+      "as inert as if the fluid inside were frozen to it (to see what it does).");
+  key.word("spheres.buoyancy", s.spheres.buoyancy, on_off_words,
+           "Buoyancy of the mobile spheres in fluid.gravity (off to see what it does).");
   key.word("coupling.exchange", s.coupling.exchange, exchange_words,
            "Whether mobile spheres get their loads and move in each Runge-Kutta stage, or once per "
            "step by the mean load of its stages.");

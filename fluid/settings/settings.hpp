@@ -101,6 +101,8 @@ struct Settings {
     // inside, by what it turned in the stage before: with share s the spin's error changes by
     // 1 - s (1 + alpha rho_f/rho_p) per stage.
     double deferred_angular_share = 0.5;
+    bool interior_term = true;
+    bool buoyancy = true;
   } spheres;
   struct Coupling {
     Exchange exchange = Exchange::stage;

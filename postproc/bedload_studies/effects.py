@@ -65,6 +65,10 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
         yield Variant("steps of LIGGGHTS", str(2 * sub), (f"coupling.dem_steps={2 * sub}",))
         if settings["coupling"]["exchange"] == "stage":
             yield Variant("loads", "once per step", ('coupling.exchange="step"',), turned_off=True)
+        if spheres["interior_term"] == "on":
+            yield Variant("interior term", "off", ('spheres.interior_term="off"',), turned_off=True)
+        if spheres["buoyancy"] == "on" and any(fluid["gravity"]):
+            yield Variant("buoyancy", "off", ('spheres.buoyancy="off"',), turned_off=True)
         if spheres["pressure_share"] > 0.0:
             yield Variant("old pressure", "off", ("spheres.pressure_share=0.0",), turned_off=True)
     if model:

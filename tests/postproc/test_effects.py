@@ -44,7 +44,7 @@ def test_lubrication_is_taken_off_before_the_grains_move(make, tmp_path):
 
 
 def test_lubrication_is_offered_where_there_is_some(tmp_path):
-    settings = {"fluid": {}, "spheres": {"forcing_loops": 1, "pressure_share": 0.0}, "time": {"cfl": 0.0},
+    settings = {"fluid": {"gravity": [0.0, -1.0, 0.0]}, "spheres": {"forcing_loops": 1, "pressure_share": 0.0, "interior_term": "on", "buoyancy": "on"}, "time": {"cfl": 0.0},
                 "accuracy": {"precision": "double"}, "statistics": {"every": 0},
                 "coupling": {"dem_steps": 15, "exchange": "stage"}}  # fmt: skip
     scene = own_scene(tmp_path, "mine")
@@ -54,6 +54,9 @@ def test_lubrication_is_offered_where_there_is_some(tmp_path):
         mine.write_text(text + line + "\n")
         found = [v.effect for v in effects.variants(scene, "mine", settings)]
         assert ("lubrication" in found) == offered
+    assert {"interior term", "buoyancy"} <= set(found)
+    settings["spheres"]["interior_term"], settings["fluid"]["gravity"] = "off", [0.0, 0.0, 0.0]
+    assert not {"interior term", "buoyancy"} & {v.effect for v in effects.variants(scene, "mine", settings)}
     assert effects.lubrication_fixes(effects.scene_script(scene, "mine")) == ["film"]
     mine.write_text(text + line + "\nunfix film\n")
     assert effects.lubrication_fixes(effects.scene_script(scene, "mine")) == []

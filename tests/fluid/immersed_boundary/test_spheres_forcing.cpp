@@ -156,6 +156,29 @@ TEST(Forcing, LoadsAreTheReactionPlusInteriorAndBuoyancy) {
   EXPECT_NEAR(report.force_on_fluid.y(), 0.0, 1e-9);
 }
 
+TEST(Forcing, InteriorTermAndBuoyancyCanBeLeftOut) {
+  const double dt = 0.02, volume = 4.0 / 3.0 * std::numbers::pi * 0.064;
+  const auto load = [&](bool interior, bool buoyancy, Vec3& reaction) {
+    Settings settings = small_box();
+    settings.fluid.gravity = {0.0, -9.0, 0.0};
+    settings.spheres.interior_term = interior;
+    settings.spheres.buoyancy = buoyancy;
+    Flow<double> flow(settings, MPI_COMM_WORLD);
+    flow.fill([](int c, const Vec3&) { return c == 0 ? 1.0 : 0.0; });
+    flow.boundary.set_spheres(std::vector<SphereState>{sphere(7, {2.35, 1.0, 0.1}, true)});
+    flow.boundary.start_stage(flow.velocity);
+    reaction = -flow.force(dt).force_on_fluid;
+    return flow.loads(dt).at(0).force;
+  };
+  Vec3 with, without;
+  const Vec3 both = load(true, true, with), bare = load(false, false, without);
+  EXPECT_EQ(with, without) << "the fluid gets the same";
+  EXPECT_NEAR((bare - without).norm(), 0.0, 1e-9 * without.norm()) << "the markers' reaction alone";
+  EXPECT_NEAR(both.y() - bare.y(), 1.7 * volume * 9.0, 1e-9);
+  // A tenth to all of the fluid inside is stopped within the stage.
+  EXPECT_LT(both.x() - bare.x(), -0.1 * volume * 1.7 / dt);
+}
+
 TEST(Forcing, AFluidThatMovesWithTheSphereFeelsNothing) {
   Flow<double> flow(small_box(), MPI_COMM_WORLD);
   std::vector<SphereState> all{sphere(7, {1.21, 1.03, 0.83}, true)};
