@@ -27,6 +27,18 @@ std::vector<EffectRow> effects_of_script(const std::string& text) {
   return effects;
 }
 
+/// Adds to the rows named in accuracy.verdicts what it says of them.
+void add_verdicts(std::vector<EffectRow>& rows, const std::string& verdicts) {
+  std::istringstream parts(verdicts);
+  for (std::string part; std::getline(parts, part, ';');) {
+    const std::size_t begin = part.find_first_not_of(' '), colon = part.find(": ");
+    if (colon == std::string::npos) continue;
+    const std::string name = part.substr(begin, colon - begin);
+    for (EffectRow& row : rows)
+      if (row.effect == name) row.why += fmt::format(" ({})", part.substr(colon + 2));
+  }
+}
+
 EffectRow driving(const Settings& s) {
   switch (s.flow.driving) {
     case Driving::bulk_velocity:
@@ -62,13 +74,18 @@ bool has_gravity(const Settings& s) {
 
 }  // namespace
 
-std::vector<EffectRow> effects_of(const Settings& s, std::span<const SphereState> spheres,
-                                  const PartnerScene* dem) {
+namespace {
+
+std::vector<EffectRow> effects_without_verdicts(const Settings& s,
+                                                std::span<const SphereState> spheres,
+                                                const PartnerScene* dem) {
   const bool convection = s.fluid.convection;
   std::vector<EffectRow> rows{
       row("convection", convection,
           convection ? "the flow has inertia" : "fluid.convection is \"off\""),
-      driving(s), diffusion(s)};
+      driving(s), diffusion(s),
+      row("single precision", s.accuracy.precision == "single",
+          fmt::format("accuracy.precision is \"{}\"", s.accuracy.precision))};
   if (s.fringe.rate > 0.0)
     rows.push_back(row("fringe", true,
                        fmt::format("stream of {} from x = {} to {}", s.fringe.velocity,
@@ -111,6 +128,15 @@ std::vector<EffectRow> effects_of(const Settings& s, std::span<const SphereState
                       s.coupling.exchange == Exchange::stage ? "stage" : "step")));
   const std::vector<EffectRow> script = effects_of_script(dem->effects);
   rows.insert(rows.end(), script.begin(), script.end());
+  return rows;
+}
+
+}  // namespace
+
+std::vector<EffectRow> effects_of(const Settings& s, std::span<const SphereState> spheres,
+                                  const PartnerScene* dem) {
+  std::vector<EffectRow> rows = effects_without_verdicts(s, spheres, dem);
+  add_verdicts(rows, s.accuracy.verdicts);
   return rows;
 }
 

@@ -184,6 +184,9 @@ void declare_keys(Settings& s, Visitor& key) {
               "Blocks side by side along z, a divisor of the fluid ranks; 0: chosen by cost.");
   key.word("accuracy.precision", s.accuracy.precision, precision_words,
            "Storage precision of the fields.");
+  key.text("accuracy.verdicts", s.accuracy.verdicts,
+           "What the table of effects says of its rows, \"row: words; row: words\"; "
+           "./bedload run --accuracy auto writes why it left something out.");
   key.number("output.fields_every", s.output.fields_every, "T", not_negative, Need::optional,
              "Time between field snapshots; 0: only the end.");
   key.number("output.spheres_every", s.output.spheres_every, "T", not_negative, Need::optional,

@@ -113,6 +113,7 @@ struct Settings {
   } ranks;
   struct Accuracy {
     std::string precision = "double";
+    std::string verdicts;
   } accuracy;
   struct Output {
     double fields_every = 0.0;

@@ -180,7 +180,7 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     )
     sub.add_argument(
         "--accuracy", metavar="PRESET",
-        help="; ".join(f"{name}: {p.sentence}" for name, p in presets.PRESETS.items()),
+        help="; ".join(f"{name}: {sentence}" for name, sentence in presets.SENTENCES.items()),
     )  # fmt: skip
     sub.add_argument(
         "--ranks", metavar="FLUID:DEM",

@@ -9,6 +9,7 @@ import math
 import tomllib
 from dataclasses import dataclass
 
+from . import verdicts
 from .build import ROOT
 from .errors import UserError, unknown
 from .scenes import Scene
@@ -32,14 +33,20 @@ PRESETS = {
     "standard": Preset(1.0, "double", 0, "the scene as it stands"),
     "fine": Preset(1.4, "double", 0, "a finer grid"),
 }
+AUTO = "auto"
+SENTENCES = {name: preset.sentence for name, preset in PRESETS.items()} | {
+    AUTO: "the scene without what `study effects SCENE` found certain to be left out"
+}
 
 
 def settings_of(name: str | None, scene: Scene, overrides: list[str]) -> list[str]:
     """Values of fluid.toml for preset `name`; what the user sets comes after them and wins."""
     if name is None:
         return overrides
+    if name == AUTO:
+        return [*verdicts.settings_of(scene), *overrides]
     if name not in PRESETS:
-        raise unknown("accuracy", name, PRESETS)
+        raise unknown("accuracy", name, SENTENCES)
     preset = PRESETS[name]
     own = [f'accuracy.precision="{preset.precision}"']
     if preset.forcing_loops and scene.moves_grains:

@@ -26,6 +26,7 @@ import numpy as np
 from bedload_launcher import job
 from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import INPUTS, Scene, choose_model, find_scene
+from bedload_launcher.verdicts import LEAVE_OUT, TOLERANCE
 from bedload_launcher.words import end_of, say
 
 from .scene_answers import Priced, Series, chosen, difference, interleaved, run_once
@@ -122,7 +123,6 @@ def without_lubrication(scene: Scene, model: str | None, folder: Path) -> Scene:
     return Scene(scene.folder, file)
 
 
-TOLERANCE = 0.02  # of an answer: what a person would not see
 CHEAPER, UNREPEATED = 0.03, 0.15  # of the time: what counts when its spread is small, or unknown
 
 
@@ -139,6 +139,7 @@ class Compared:
     interval: float
     verdict: str
     words: str = ""
+    keys: str = ""  # values of fluid.toml that turned the effect, for --accuracy auto
 
 
 def paired(mine: Series, base: Series, since: float) -> tuple[float, float]:
@@ -161,7 +162,7 @@ def judged(turned_off: bool, change: float, interval: float, time: float, spread
         return "open"
     dearer = 1.0 / time if turned_off else time
     counts = max(CHEAPER, spread) if math.isfinite(spread) else UNREPEATED
-    return "leave it out" if dearer > 1.0 + counts else "no matter"
+    return LEAVE_OUT if dearer > 1.0 + counts else "no matter"
 
 
 def compare(variant: Variant, run: Priced | str, base: Priced, name: str, since: float) -> Compared:
@@ -174,6 +175,7 @@ def compare(variant: Variant, run: Priced | str, base: Priced, name: str, since:
     return Compared(
         variant.effect, variant.state, time_ratio, run.spread, run.megabytes / base.megabytes, change, half,
         judged(variant.turned_off, change, half, time_ratio, math.hypot(run.spread, base.spread)),
+        keys="; ".join(variant.keys),
     )  # fmt: skip
 
 

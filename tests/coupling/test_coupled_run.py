@@ -220,8 +220,14 @@ def test_single_precision_follows_double(folders, tmp_path):
 
 
 def test_a_run_ends_with_its_slip_and_what_each_effect_cost(tmp_path):
-    result = job(tmp_path, "--steps", "5")
+    verdicts = 'accuracy.verdicts="extra forcing loops: worth it; single precision: answer +0.1 %; else: nothing"'
+    result = job(tmp_path, "--steps", "5", "--set", verdicts)
     assert result.status == 0, result.output
+    table = result.output.splitlines()
+    why = {name: [line for line in table if line.startswith(name)] for name in ("extra forcing", "single pre")}
+    assert why["extra forcing"] and all(line.endswith("is 2 (worth it)") for line in why["extra forcing"])
+    assert why["single pre"] and all(line.endswith('"double" (answer +0.1 %)') for line in why["single pre"])
+    assert "nothing" not in result.output
     found = re.search(r"No-slip error .*: (\S+) \(root mean square\), (\S+) \(largest\); 2 forcing",
                       result.output)
     history = rows(tmp_path / "out" / "history.csv")

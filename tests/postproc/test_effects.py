@@ -44,7 +44,8 @@ def test_lubrication_is_taken_off_before_the_grains_move(make, tmp_path):
 
 
 def test_lubrication_is_offered_where_there_is_some(tmp_path):
-    settings = {"fluid": {"gravity": [0.0, -1.0, 0.0]}, "spheres": {"forcing_loops": 1, "pressure_share": 0.0, "interior_term": "on", "buoyancy": "on"}, "time": {"cfl": 0.0},
+    spheres = {"forcing_loops": 1, "pressure_share": 0.0, "interior_term": "on", "buoyancy": "on"}
+    settings = {"fluid": {"gravity": [0.0, -1.0, 0.0]}, "spheres": spheres, "time": {"cfl": 0.0},
                 "accuracy": {"precision": "double"}, "statistics": {"every": 0},
                 "coupling": {"dem_steps": 15, "exchange": "stage"}}  # fmt: skip
     scene = own_scene(tmp_path, "mine")

@@ -1,0 +1,70 @@
+"""`--accuracy auto`: leaves out what `./bedload study effects SCENE` found certain to be left out.
+
+The study's table is runs/effects-SCENE/effects.csv where somebody has made one, else the kept one. Followed is
+a row that turned an effect off by values of fluid.toml, took less time and has the verdict "leave it out":
+the answer stays within 2 %, certainly. Several of them add up, so they are taken, the greatest gain first, as long as
+their changes with intervals together stay within these 2 %. Output and statistics stay: a person asked for them.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from .build import ROOT
+from .errors import UserError
+from .scenes import Scene
+from .words import read_rows
+
+KEPT = ROOT / "postproc" / "reports" / "effects"
+LEAVE_OUT = "leave it out"
+TOLERANCE = 0.02  # of an answer: what a person would not see
+ASKED_FOR = ("output", "statistics")
+# Names in the table of effects that a run prints.
+ROWS = {"precision": "single precision", "forcing loops": "extra forcing loops", "diffusion": "implicit diffusion"}
+
+
+@dataclass(frozen=True)
+class Followed:
+    """One verdict: values of fluid.toml, and why, in words for the run's table of effects."""
+
+    effect: str
+    keys: list[str]
+    why: str
+
+
+def table(scene: Scene) -> Path | None:
+    places = (Path("runs") / f"effects-{scene.name}" / "effects.csv", KEPT / f"{scene.name}.csv")
+    return next((place for place in places if place.is_file()), None)
+
+
+def followed(rows: list[dict[str, str]]) -> list[Followed]:
+    """Of a study's table, what is certain."""
+    certain = [
+        row for row in rows
+        if row.get("verdict") == LEAVE_OUT and float(row["time"]) < 1.0 and row.get("keys")
+        and row["effect"] not in ASKED_FOR
+    ]  # fmt: skip
+    found: dict[str, Followed] = {}
+    left = TOLERANCE
+    for row in sorted(certain, key=lambda row: float(row["time"])):
+        change, interval = float(row["change"]), float(row["interval"])
+        if row["effect"] in found or abs(change) + interval > left:
+            continue
+        left -= abs(change) + interval
+        answer = f"answer {100 * change:+.2f} +- {100 * interval:.2f} %"
+        why = f"study effects: {float(row['time']):.2f} of the time, {answer}"
+        found[row["effect"]] = Followed(row["effect"], row["keys"].split("; "), why)
+    return list(found.values())
+
+
+def settings_of(scene: Scene) -> list[str]:
+    """Values of fluid.toml, and the words for the run's table of effects."""
+    file = table(scene)
+    if file is None:
+        raise UserError(
+            f"--accuracy auto follows the table of ./bedload study effects {scene.name}, which is neither in runs "
+            f"nor kept in postproc/reports/effects."
+        )
+    taken = followed(read_rows(file))
+    words = "; ".join(f"{ROWS.get(one.effect, one.effect)}: {one.why}" for one in taken)
+    told = [f'accuracy.verdicts="{words}"'] if words else []
+    return [key for one in taken for key in one.keys] + told

@@ -1,0 +1,54 @@
+"""`--accuracy auto` follows what a study of effects found certain, and nothing else."""
+
+import pytest
+from bedload_launcher import presets, verdicts
+from bedload_launcher.errors import UserError
+from bedload_launcher.scenes import Scene
+
+SINGLE = 'accuracy.precision="single"'
+
+
+def row(effect="precision", time=0.6, change=0.001, interval=0.002, verdict="leave it out", keys=SINGLE):
+    numbers = {"time": time, "change": change, "interval": interval}
+    return {"effect": effect, "verdict": verdict, "keys": keys} | {k: str(v) for k, v in numbers.items()}
+
+
+@pytest.mark.parametrize(
+    "passed_over",
+    [
+        row(verdict="open"), row(verdict="needed"), row(verdict="no matter"),
+        row(time=1.8),  # an effect that the scene has not, and should not get
+        row(keys=""),  # another model, or no lubrication: the script's
+        row(effect="output", keys="output.fields_every=0.0"), row(effect="statistics"),
+        row(interval=0.03),
+    ],
+)  # fmt: skip
+def test_only_what_is_certain_and_cheaper_is_left_out(passed_over):
+    assert verdicts.followed([passed_over]) == []
+    assert [one.keys for one in verdicts.followed([passed_over, row()])] == [[SINGLE]]
+
+
+def test_changes_add_up_to_two_per_cent_at_most():
+    loops = row("forcing loops", 0.8, -0.009, 0.003, keys="spheres.forcing_loops=1")
+    pressure = row("old pressure", 0.9, 0.008, 0.002, keys="spheres.pressure_share=0.0; a=1")
+    taken = verdicts.followed([pressure, loops, row()])
+    assert [one.effect for one in taken] == ["precision", "forcing loops"]  # 0.003 + 0.012, and 0.010 is too much
+    assert [one.effect for one in verdicts.followed([pressure, row()])] == ["precision", "old pressure"]
+    assert verdicts.followed([pressure])[0].keys == ["spheres.pressure_share=0.0", "a=1"]
+
+
+def test_settings_say_why(tmp_path, monkeypatch):
+    scene = Scene(tmp_path / "mine")
+    monkeypatch.setattr(verdicts, "KEPT", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UserError, match="study effects mine"):
+        presets.settings_of("auto", scene, [])
+    lines = [",".join(row()), ",".join(row().values())]
+    (tmp_path / "mine.csv").write_text("\n".join(lines) + "\n")
+    own, told, last = presets.settings_of("auto", scene, ["time.end=2"])
+    assert (own, last) == (SINGLE, "time.end=2")
+    assert told == ('accuracy.verdicts="single precision: study effects: 0.60 of the time, answer +0.10 +- 0.20 %"')
+    # A table of one's own goes before the kept one.
+    (tmp_path / "runs" / "effects-mine").mkdir(parents=True)
+    (tmp_path / "runs" / "effects-mine" / "effects.csv").write_text(lines[0] + "\n")
+    assert presets.settings_of("auto", scene, []) == []
