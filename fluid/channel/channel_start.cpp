@@ -20,7 +20,7 @@ void Channel<Real>::project_start_field() {
     for (int k = 0; k < decomposition_.rows(); ++k)
       walls_.close_wall_face(velocity_, decomposition_.planes() - 1, k);
   projection_.begin();
-  for (int j = 0; j < decomposition_.planes(); ++j) projection_.eliminate_plane(j, 1.0);
+  projection_.eliminate_planes(0, decomposition_.planes(), 1.0);
   projection_.couple();
   projection_.correct({.step = 1.0});
   walls_.fill(velocity_);

@@ -24,7 +24,7 @@ void ImplicitDiffusion<Real>::solve(Predictor<Real>& predictor, Field<Real>& vel
   for (int j = 0; j < decomposition_.planes(); ++j) eliminate_plane(predictor, j, shift, clock);
   for (PoissonSolver<Real>& solver : solvers_) solver.couple();
   for (int j = decomposition_.planes() - 1; j >= 0; --j) {
-    for (PoissonSolver<Real>& solver : solvers_) solver.substitute(j);
+    for (PoissonSolver<Real>& solver : solvers_) solver.substitute(j, j + 1);
     add_increment(velocity, j);
     clock.lap(FlowPhase::substitution);
   }
@@ -50,9 +50,9 @@ void ImplicitDiffusion<Real>::eliminate_plane(Predictor<Real>& predictor, int j,
   clock.lap(FlowPhase::momentum);
   const double cell = grid_.thickness(decomposition_.first() + j),
                face = grid_.gap(decomposition_.first() + j);
-  solvers_[0].eliminate(j, -shift * cell);
-  solvers_[1].eliminate(j, -shift * face);
-  solvers_[2].eliminate(j, -shift * cell);
+  solvers_[0].eliminate(j, j + 1, -shift * cell);
+  solvers_[1].eliminate(j, j + 1, -shift * face);
+  solvers_[2].eliminate(j, j + 1, -shift * cell);
   clock.lap(FlowPhase::elimination);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "fluid/channel/phase_clock.hpp"
@@ -7,6 +8,7 @@
 #include "fluid/grid/decomposition.hpp"
 #include "fluid/grid/field.hpp"
 #include "fluid/grid/grid.hpp"
+#include "fluid/kernels/tiles.hpp"
 #include "fluid/poisson/poisson.hpp"
 
 namespace bedload {
@@ -15,7 +17,8 @@ namespace bedload {
 ///
 ///   (h^2 Laplacian) phi = h^2 div u* / step,    u = u* - step grad phi + shift e_x.
 ///
-/// Upwards: begin(), then each plane of u* is taken and eliminated; couple(); downwards: correct().
+/// Upwards: begin(), then the planes of u* are taken and eliminated, some at a time where planes
+/// are large (Tiles); couple(); downwards: correct(), which takes them likewise.
 template <class Real>
 class PressureProjection {
  public:
@@ -36,17 +39,17 @@ class PressureProjection {
     double sum = 0.0;
   };
 
-  /// All must outlive this object. Rows of as many planes one after the other may be taken before
-  /// the first one is eliminated.
+  /// All must outlive this object. Rows of up to `planes_ahead` planes one after the other may be
+  /// taken before these are eliminated.
   PressureProjection(const Grid& grid, const Decomposition& decomposition,
                      const WallGhosts<Real>& walls, Field<Real>& velocity, Field<Real>& pressure,
-                     PhaseClock& clock, int planes_at_once);
+                     PhaseClock& clock, Tiles tiles, int planes_ahead);
 
   void begin() { sum_ = 0.0; }
   Outflow outflow(int j, int at, double step) const;
   void take_row(Outflow& flow, int k);
-  void eliminate_plane(const Outflow& flow);
-  void eliminate_plane(int j, double step);
+  void eliminate_planes(std::span<const Outflow> flows);
+  void eliminate_planes(int first, int end, double step);
   void couple() { poisson_.couple(); }
   void correct(const Correction& correction);
 
@@ -56,15 +59,17 @@ class PressureProjection {
   double local_fastest() const { return fastest_; }
 
  private:
-  void substitute(int j, const Correction& correction);
-  void correct_plane(int j, const Correction& correction);
-  void update_pressure(int j, const Correction& correction);
+  void end_outflow(const Outflow& flow);
+  void correct_planes(int first, int end, const Correction& correction);
+  void correct_row(int j, int k, const Correction& correction);
+  void update_pressure(int j, int first_row, int end_row, const Correction& correction);
 
   const Grid& grid_;
   const Decomposition& decomposition_;
   const WallGhosts<Real>& walls_;
   Field<Real>&velocity_, &pressure_;
   PhaseClock& clock_;
+  Tiles tiles_;
   PoissonSolver<Real> poisson_;
   std::vector<Real> zeros_;
   double sum_ = 0.0, fastest_ = 0.0;

@@ -48,7 +48,7 @@ template <class Real>
 void Channel<Real>::project(int stage) {
   clock_.start();
   projection_.begin();
-  for (int j = 0; j < predicted_; ++j) projection_.eliminate_plane(j, stage_step(stage));
+  projection_.eliminate_planes(0, predicted_, stage_step(stage));
   if (predicted_ < decomposition_.planes()) predict_and_eliminate(predicted_, stage);
   const double shift = bulk_shift(stage_step(stage));
   projection_.couple();
@@ -136,8 +136,8 @@ void Channel<Real>::predict_and_eliminate(int first, int stage) {
     for (auto& flow : flows) {
       projection_.take_row(flow, 0);
       if (last_row > 0) projection_.take_row(flow, last_row);
-      projection_.eliminate_plane(flow);
     }
+    projection_.eliminate_planes(flows);
   }
   velocity_.relabel(1);
 }

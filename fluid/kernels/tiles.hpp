@@ -22,4 +22,14 @@ constexpr Tiles tiles(int nx, int nz) {
   return {8, (nz + count - 1) / count};
 }
 
+/// The same for the sweeps of the pressure's modes and of the correction, which take fewer numbers:
+/// one plane at a time up to larger planes.
+template <class Real>
+constexpr Tiles pressure_tiles(int nx, int nz) {
+  constexpr std::size_t large_plane = 16 << 20;
+  const std::size_t row = 8 * sizeof(Real) * static_cast<std::size_t>(nx);
+  if (row * static_cast<std::size_t>(nz) <= large_plane) return {1, nz};
+  return tiles<Real>(nx, nz);
+}
+
 }  // namespace bedload

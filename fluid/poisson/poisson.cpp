@@ -26,8 +26,8 @@ std::vector<double> mode_eigenvalues(const PlaneTransform<Real>& transform) {
 
 /// d'_j = c_j (own d_j - below d'_j-1) on one spectral row; `d` holds d_j and is overwritten.
 template <int parts, class Real>
-void eliminate_row(int modes, Real own, Real below, const Real* c, const Real* before,
-                   Real* __restrict d) {
+void eliminate_modes(int modes, Real own, Real below, const Real* c, const Real* before,
+                     Real* __restrict d) {
   for (int m = 0; m < modes; ++m)
     for (int n = parts * m; n < parts * (m + 1); ++n)
       d[n] = c[m] * (own * d[n] - below * before[n]);
@@ -35,7 +35,7 @@ void eliminate_row(int modes, Real own, Real below, const Real* c, const Real* b
 
 /// d'_0 = c_0 own d_0.
 template <int parts, class Real>
-void eliminate_first_row(int modes, Real own, const Real* c, Real* __restrict d) {
+void eliminate_first_modes(int modes, Real own, const Real* c, Real* __restrict d) {
   for (int m = 0; m < modes; ++m)
     for (int n = parts * m; n < parts * (m + 1); ++n) d[n] *= own * c[m];
 }
@@ -71,7 +71,7 @@ void ask_for_product(int modes, const typename EndModes<Real>::Part& factor, con
 
 /// x_j = d'_j - c_j x_j+1; `x` holds x_j+1 and is overwritten.
 template <int parts, class Real>
-void substitute_row(int modes, const Real* c, const Real* d, Real* __restrict x) {
+void substitute_modes(int modes, const Real* c, const Real* d, Real* __restrict x) {
   for (int m = 0; m < modes; ++m)
     for (int n = parts * m; n < parts * (m + 1); ++n) x[n] = d[n] - c[m] * x[n];
 }
@@ -80,7 +80,7 @@ void substitute_row(int modes, const Real* c, const Real* d, Real* __restrict x)
 
 template <class Real>
 PoissonSolver<Real>::PoissonSolver(const Grid& grid, const Decomposition& decomposition,
-                                   int component, int planes_ahead)
+                                   int component, int planes_at_once)
     : transform_(make_plane_transform<Real>(grid, component, decomposition)),
       reduced_(grid, decomposition, transform_->size(), transform_->parts()),
       of_pressure_(component == pressure_component),
@@ -94,11 +94,9 @@ PoissonSolver<Real>::PoissonSolver(const Grid& grid, const Decomposition& decomp
   eliminated_ = AlignedArray<Real>(planes * values);
   for (AlignedArray<Real>* plane : {&first_, &outside_, &last_, &above_})
     *plane = AlignedArray<Real>(values);
-  // One more than may be written: the last one before may be under way.
-  for (int n = 0; n <= planes_ahead; ++n)
-    work_.push_back(AlignedArray<Real>(transform_->real_size()));
-  for (AlignedArray<Real>* plane : {&excess_, &solution_[0], &solution_[1]})
-    *plane = AlignedArray<Real>(transform_->real_size());
+  for (int n = 0; n <= planes_at_once; ++n)
+    real_planes_.push_back(AlignedArray<Real>(transform_->real_size()));
+  excess_ = AlignedArray<Real>(transform_->real_size());
   for (int j = 0; j < planes_; ++j)
     rows_.push_back(y_row(grid, component, decomposition.first() + j));
   factors_ = plane_factors(rows_);
@@ -167,11 +165,16 @@ typename PoissonSolver<Real>::System PoissonSolver<Real>::make_system(double shi
 }
 
 template <class Real>
-void PoissonSolver<Real>::eliminate(int j, double scale) {
-  transform_->begin_forward(work(j).data());
-  end_elimination();
-  begun_ = Begun{j, scale};
-  if (!transform_->exchanges()) end_elimination();
+void PoissonSolver<Real>::eliminate(int first, int end, double scale) {
+  for (int j = first; j < end; ++j) {
+    transform_->begin_forward(real_plane(j).data());
+    if (!transform_->exchanges()) continue;
+    end_elimination();
+    begun_ = Begun{j, scale};
+  }
+  if (transform_->exchanges()) return;
+  transform_->end_forward();
+  eliminate_rows(first, end, scale);
 }
 
 /// Of the plane that is under way, if one is.
@@ -181,42 +184,56 @@ void PoissonSolver<Real>::end_elimination() {
   const auto [j, scale] = *begun_;
   begun_.reset();
   transform_->end_forward();
-  transform_->parts() == 2 ? eliminate_rows<2>(j, scale) : eliminate_rows<1>(j, scale);
+  eliminate_rows(j, j + 1, scale);
+}
+
+template <class Real>
+void PoissonSolver<Real>::eliminate_rows(int first, int end, double scale) {
+  for (int kz = 0; kz < transform_->rows(); ++kz)
+    for (int j = first; j < end; ++j) {
+      const bool last = j + 1 == end;
+      ask_to_eliminate(last ? first : j + 1, last ? kz + 1 : kz);
+      transform_->parts() == 2 ? eliminate_row<2>(j, kz, scale) : eliminate_row<1>(j, kz, scale);
+    }
+}
+
+/// Asks for what eliminate_row() is going to read and write, if there is such a row.
+template <class Real>
+void PoissonSolver<Real>::ask_to_eliminate(int j, int kz) {
+  if (kz == transform_->rows()) return;
+  const std::size_t parts = static_cast<std::size_t>(transform_->parts());
+  ask_to_write(&eliminated_[parts * at(j, kz)], parts * transform_->pitch());
+  systems_[system_].c.ask_for_row(j, kz);
 }
 
 template <class Real>
 template <int parts>
-void PoissonSolver<Real>::eliminate_rows(int j, double scale) {
+void PoissonSolver<Real>::eliminate_row(int j, int kz, double scale) {
   const int modes = transform_->modes();
-  const std::size_t width = parts * transform_->pitch();
   System& system = systems_[system_];
   const PlaneFactors& factor = factors_[static_cast<std::size_t>(j)];
   const Real own = static_cast<Real>(factor.own * scale * transform_->normalisation());
   const Real before = static_cast<Real>(factor.before);
-  for (int kz = 0; kz < transform_->rows(); ++kz) {
-    Real* row = &eliminated_[parts * at(j, kz)];
-    ask_to_write(row + width, width);
-    transform_->forward_row(work(j).data(), kz, row);
-    if (kz + 1 < transform_->rows()) system.c.ask_for_row(j, kz + 1);
-    const Real* c = system.c.row(j, kz);
-    if (j == 0)
-      eliminate_first_row<parts>(modes, own, c, row);
-    else
-      eliminate_row<parts>(modes, own, before, c, &eliminated_[parts * at(j - 1, kz)], row);
-    if (!coupled_below_) continue;
-    if (j > 0 && kz + 1 < transform_->rows())
-      ask_for_product<parts, Real>(modes, system.f.part(j - 1, kz + 1),
-                                   &first_[parts * at(0, kz + 1)]);
-    // g = d'_0 - sum t_j f_j-1 d'_j over all planes but the last
-    Real* first = &first_[parts * at(0, kz)];
-    if (j == 0) std::fill_n(first, parts * modes, Real(0));
-    if (j == planes_ - 1) continue;
-    if (j == 0)
-      std::copy_n(row, parts * modes, first);
-    else
-      subtract_product<parts>(modes, static_cast<Real>(factor.first), system.f.part(j - 1, kz), row,
-                              first);
-  }
+  Real* row = &eliminated_[parts * at(j, kz)];
+  transform_->forward_row(real_plane(j).data(), kz, row);
+  const Real* c = system.c.row(j, kz);
+  if (j == 0)
+    eliminate_first_modes<parts>(modes, own, c, row);
+  else
+    eliminate_modes<parts>(modes, own, before, c, &eliminated_[parts * at(j - 1, kz)], row);
+  if (!coupled_below_) return;
+  if (j > 0 && kz + 1 < transform_->rows())
+    ask_for_product<parts, Real>(modes, system.f.part(j - 1, kz + 1),
+                                 &first_[parts * at(0, kz + 1)]);
+  // g = d'_0 - sum t_j f_j-1 d'_j over all planes but the last
+  Real* first = &first_[parts * at(0, kz)];
+  if (j == 0) std::fill_n(first, parts * modes, Real(0));
+  if (j == planes_ - 1) return;
+  if (j == 0)
+    std::copy_n(row, parts * modes, first);
+  else
+    subtract_product<parts>(modes, static_cast<Real>(factor.first), system.f.part(j - 1, kz), row,
+                            first);
 }
 
 template <class Real>
@@ -242,47 +259,74 @@ void PoissonSolver<Real>::couple() {
 }
 
 template <class Real>
-void PoissonSolver<Real>::substitute(int j) {
-  if (!begun_) begin_substitution(j);
-  begun_.reset();
-  if (transform_->exchanges() && j > 0) begin_substitution(j - 1);
-  transform_->end_inverse(solution_[j & 1].data());
-  const int nx = transform_->nx();
-  for (int k = 0; k < nz() + (gives_to_front() ? 1 : 0); ++k) {
-    Real* row = real_row(solution_[j & 1], k);
-    row[nx] = transform_->periodic_x() ? row[0] : row[nx - 1];
+void PoissonSolver<Real>::substitute(int first, int end) {
+  if (!transform_->exchanges()) substitute_rows(first, end);
+  for (int j = end - 1; j >= first; --j) {
+    if (transform_->exchanges()) {
+      if (!begun_) begin_substitution(j);
+      begun_.reset();
+      if (j > 0) begin_substitution(j - 1);
+    }
+    end_substitution(j);
   }
 }
 
 template <class Real>
 void PoissonSolver<Real>::begin_substitution(int j) {
-  transform_->parts() == 2 ? substitute_rows<2>(j) : substitute_rows<1>(j);
+  substitute_rows(j, j + 1);
   transform_->begin_inverse();
   begun_ = Begun{j, 1.0};
 }
 
 template <class Real>
-template <int parts>
-void PoissonSolver<Real>::substitute_rows(int j) {
-  const int modes = transform_->modes();
-  const std::size_t width = parts * transform_->pitch();
-  System& system = systems_[system_];
-  for (int kz = 0; kz < transform_->rows(); ++kz) {
-    Real* row = &(j == planes_ ? above_ : last_)[parts * at(0, kz)];
-    if (j < planes_ - 1) {
-      const Real* eliminated = &eliminated_[parts * at(j, kz)];
-      ask_for(eliminated + width, width);
-      if (kz + 1 < transform_->rows()) system.c.ask_for_row(j, kz + 1);
-      if (coupled_below_ && kz + 1 < transform_->rows())
-        ask_for_product<parts, Real>(modes, system.f.part(j, kz + 1),
-                                     &outside_[parts * at(0, kz + 1)]);
-      substitute_row<parts>(modes, system.c.row(j, kz), eliminated, row);
-      if (coupled_below_)
-        subtract_product<parts>(modes, Real(1), system.f.part(j, kz), &outside_[parts * at(0, kz)],
-                                row);
-    }
-    transform_->inverse_row(row, kz, solution_[j & 1].data());
+void PoissonSolver<Real>::end_substitution(int j) {
+  transform_->end_inverse(real_plane(j).data());
+  const int nx = transform_->nx();
+  for (int k = 0; k < nz() + (gives_to_front() ? 1 : 0); ++k) {
+    Real* row = real_row(real_plane(j), k);
+    row[nx] = transform_->periodic_x() ? row[0] : row[nx - 1];
   }
+}
+
+template <class Real>
+void PoissonSolver<Real>::substitute_rows(int first, int end) {
+  for (int kz = 0; kz < transform_->rows(); ++kz)
+    for (int j = end - 1; j >= first; --j) {
+      const bool last = j == first;
+      ask_to_substitute(last ? end - 1 : j - 1, last ? kz + 1 : kz);
+      transform_->parts() == 2 ? substitute_row<2>(j, kz) : substitute_row<1>(j, kz);
+    }
+}
+
+/// Asks for what substitute_row() is going to read, if there is such a row.
+template <class Real>
+void PoissonSolver<Real>::ask_to_substitute(int j, int kz) {
+  if (kz == transform_->rows() || j >= planes_ - 1) return;
+  const std::size_t parts = static_cast<std::size_t>(transform_->parts());
+  const System& system = systems_[system_];
+  ask_for(&eliminated_[parts * at(j, kz)], parts * transform_->pitch());
+  system.c.ask_for_row(j, kz);
+  if (!coupled_below_) return;
+  const Real* outside = &outside_[parts * at(0, kz)];
+  if (parts == 2)
+    ask_for_product<2, Real>(transform_->modes(), system.f.part(j, kz), outside);
+  else
+    ask_for_product<1, Real>(transform_->modes(), system.f.part(j, kz), outside);
+}
+
+template <class Real>
+template <int parts>
+void PoissonSolver<Real>::substitute_row(int j, int kz) {
+  const int modes = transform_->modes();
+  System& system = systems_[system_];
+  Real* row = &(j == planes_ ? above_ : last_)[parts * at(0, kz)];
+  if (j < planes_ - 1) {
+    substitute_modes<parts>(modes, system.c.row(j, kz), &eliminated_[parts * at(j, kz)], row);
+    if (coupled_below_)
+      subtract_product<parts>(modes, Real(1), system.f.part(j, kz), &outside_[parts * at(0, kz)],
+                              row);
+  }
+  transform_->inverse_row(row, kz, real_plane(j).data());
 }
 
 template class PoissonSolver<float>;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -28,10 +27,12 @@ namespace bedload {
 ///
 ///   phi_i-1 + phi_i+1 + phi_j-1 + phi_j+1 + phi_k-1 + phi_k+1 - (6 + shift) phi = rhs.
 ///
-/// Upwards: write the right-hand side of plane j into rhs_row(j, 0..nz-1), call eliminate(j), for
-/// j = 0 .. planes-1. Then couple(). Downwards: substitute(j) for j = planes (the first plane of
-/// the slab above, unless there is a wall), planes-1, .., 0, after each of which solution_row(j, k)
-/// and solution_row(j+1, k) are valid.
+/// Upwards, some planes at a time: write the right-hand side of planes first .. end-1 into
+/// rhs_row(j, 0..nz-1), call eliminate(first, end). Then couple(). Downwards, likewise some at a
+/// time: substitute(planes, planes+1) (the first plane of the slab above, unless there is a wall),
+/// .., substitute(0, ..), after each of which solution_row(first .. end, k) are valid. Planes that
+/// do not fit into the caches are taken row by row of all, so that what one of them leaves for the
+/// next is still there.
 ///
 /// The pressure's right-hand side of plane 0 lacks an amount that only the rank below knows, -v.
 /// That rank gives v over 1/gap (the coefficient of the plane below in that row) in excess_row()
@@ -41,35 +42,38 @@ namespace bedload {
 template <class Real>
 class PoissonSolver {
  public:
-  /// For a velocity component or the pressure; right-hand sides of `planes_ahead` planes may be
-  /// written before the first of them is eliminated. Collective.
+  /// For a velocity component or the pressure; at most `planes_at_once` planes are eliminated or
+  /// substituted at a time. Collective.
   PoissonSolver(const Grid& grid, const Decomposition& decomposition,
-                int component = pressure_component, int planes_ahead = 1);
+                int component = pressure_component, int planes_at_once = 1);
 
   /// Changes the shift (0 at first for the pressure, none for a velocity). A new one costs about as
   /// much as eliminate() and substitute() without their transforms, one of the last three nothing
   /// on uniform y. Not between the two sweeps. Collective.
   void set_shift(double shift);
 
-  Real* rhs_row(int j, int k) { return real_row(work(j), k); }
+  Real* rhs_row(int j, int k) { return real_row(real_plane(j), k); }
   Real* excess_row(int k) { return real_row(excess_, k); }
   /// Valid for i = 0 .. nx and k = 0 .. nz, the last ones being the periodic neighbours or, beyond
   /// a wall, the values before it.
   const Real* solution_row(int j, int k) const {
     if (k == nz() && !gives_to_front()) k = transform_->periodic_z() ? 0 : k - 1;
-    return solution_[j & 1].data() + transform_->real_pitch() * static_cast<std::size_t>(k);
+    return real_planes_[static_cast<std::size_t>(j) % real_planes_.size()].data() +
+           transform_->real_pitch() * static_cast<std::size_t>(k);
   }
   /// Whether the planes are divided along z: then rhs_row(j, nz) takes what belongs to the first
   /// row of the block in front.
   bool gives_to_front() const { return transform_->has_row_in_front(); }
 
   /// Takes `scale` times what stands in rhs_row(j) as the right-hand side.
-  void eliminate(int j, double scale = 1.0);
+  void eliminate(int first, int end, double scale = 1.0);
   void couple();
-  void substitute(int j);
+  void substitute(int first, int end);
 
  private:
-  AlignedArray<Real>& work(int j) { return work_[static_cast<std::size_t>(j) % work_.size()]; }
+  AlignedArray<Real>& real_plane(int j) {
+    return real_planes_[static_cast<std::size_t>(j) % real_planes_.size()];
+  }
   Real* real_row(AlignedArray<Real>& plane, int k) {
     return plane.data() + transform_->real_pitch() * static_cast<std::size_t>(k);
   }
@@ -90,10 +94,15 @@ class PoissonSolver {
   System make_system(double shift);
   void end_elimination();
   void begin_substitution(int j);
+  void end_substitution(int j);
+  void eliminate_rows(int first, int end, double scale);
+  void ask_to_eliminate(int j, int kz);
   template <int parts>
-  void eliminate_rows(int j, double scale);
+  void eliminate_row(int j, int kz, double scale);
+  void substitute_rows(int first, int end);
+  void ask_to_substitute(int j, int kz);
   template <int parts>
-  void substitute_rows(int j);
+  void substitute_row(int j, int kz);
 
   int nz() const { return transform_->nz(); }
 
@@ -106,14 +115,14 @@ class PoissonSolver {
   std::vector<YRow> rows_;             // of the own planes, upwards
   std::vector<PlaneFactors> factors_;  // of the own planes
   std::size_t kept_systems_;
-  std::vector<System> systems_;           // of the last shifts
-  std::size_t system_ = 0;                // the one in use
-  AlignedArray<Real> eliminated_;         // d', [plane][row][mode][part]
-  AlignedArray<Real> first_;              // g
-  AlignedArray<Real> outside_;            // X + W of the rank below
-  AlignedArray<Real> last_, above_;       // x_j on the way down, first plane of the rank above
-  std::vector<AlignedArray<Real>> work_;  // real planes: right-hand sides
-  std::array<AlignedArray<Real>, 2> solution_;  // and solutions
+  std::vector<System> systems_;      // of the last shifts
+  std::size_t system_ = 0;           // the one in use
+  AlignedArray<Real> eliminated_;    // d', [plane][row][mode][part]
+  AlignedArray<Real> first_;         // g
+  AlignedArray<Real> outside_;       // X + W of the rank below
+  AlignedArray<Real> last_, above_;  // x_j on the way down, first plane of the rank above
+  // Right-hand sides on the way up, solutions on the way down: of one plane more than at a time.
+  std::vector<AlignedArray<Real>> real_planes_;
   AlignedArray<Real> excess_;
 
   /// A plane whose transform has begun and not ended: while its messages are under way the next

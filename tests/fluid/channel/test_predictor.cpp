@@ -92,6 +92,8 @@ TEST(Predictor, LargePlanesAreCutIntoTiles) {
   EXPECT_GT(large.planes, 1);
   EXPECT_LT(large.rows, 20);
   EXPECT_GT(large.rows, 1);
+  EXPECT_EQ(pressure_tiles<double>(1040, 135).planes, 1);
+  EXPECT_GT(pressure_tiles<double>(1040, 540).planes, 1);
 }
 
 }  // namespace

@@ -57,8 +57,8 @@ double residual(const Case& test, int z_parts) {
   decomposition.exchange(flow);
   walls.close_block(flow);
 
-  constexpr int ahead = 3;
-  PoissonSolver<Real> poisson(grid, decomposition, pressure_component, ahead);
+  constexpr int at_once = 3;
+  PoissonSolver<Real> poisson(grid, decomposition, pressure_component, at_once);
   Field<Real> rhs(grid, decomposition.extent(), 1), phi(grid, decomposition.extent(), 1);
   for (int j = 0; j < planes; ++j) {
     const Real thickness = static_cast<Real>(grid.thickness(decomposition.first() + j));
@@ -77,15 +77,16 @@ double residual(const Case& test, int z_parts) {
           poisson.excess_row(k)[i] =
               flow.row(j, k, 1)[i] * static_cast<Real>(grid.gap(decomposition.first() + j));
       }
-    if ((j + 1) % ahead == 0 || j == planes - 1)
-      for (int n = j / ahead * ahead; n <= j; ++n) poisson.eliminate(n);
+    if ((j + 1) % at_once == 0 || j == planes - 1) poisson.eliminate(j / at_once * at_once, j + 1);
   }
   poisson.couple();
-  const int solved = decomposition.at_upper_wall() ? planes : planes + 1;
-  for (int j = solved - 1; j >= 0; --j) {
-    poisson.substitute(j);
-    for (int k = 0; k <= nz; ++k) std::copy_n(poisson.solution_row(j, k), nx, phi.row(j, k));
-  }
+  const auto substitute = [&](int first, int end) {
+    poisson.substitute(first, end);
+    for (int j = first; j < end; ++j)
+      for (int k = 0; k <= nz; ++k) std::copy_n(poisson.solution_row(j, k), nx, phi.row(j, k));
+  };
+  if (!decomposition.at_upper_wall()) substitute(planes, planes + 1);
+  for (int end = planes; end > 0; end -= at_once) substitute(std::max(end - at_once, 0), end);
   std::vector<Real> front;  // as the solver gave it, before the exchange
   for (int j = 0; j < planes; ++j) front.insert(front.end(), phi.row(j, nz), phi.row(j, nz) + nx);
   std::vector<Real> above;  // as the solver gave it, before the exchange
@@ -200,11 +201,11 @@ double helmholtz_residual(const Ends& ends, int component, double shift, double 
       std::copy_n(row, nx, solver.rhs_row(j, k));
     }
     if (solver.gives_to_front()) std::fill_n(solver.rhs_row(j, nz), nx, Real(0));
-    solver.eliminate(j, 0.5);
+    solver.eliminate(j, j + 1, 0.5);
   }
   solver.couple();
   for (int j = planes - 1; j >= 0; --j) {
-    solver.substitute(j);
+    solver.substitute(j, j + 1);
     for (int k = 0; k < nz; ++k) {
       std::copy_n(solver.solution_row(j, k), nx, x.row(j, k, component));
       for (int c = 0; c < 3; ++c) walls.close_row(x.row(j, k, c), c);
