@@ -44,6 +44,10 @@ FixLubrication::FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
   if (!law_.empty() && law_ != "unresolved" && law_ != "published") {
     stop_run(lmp, fmt::format("{}: law is unresolved or published, found '{}'", style_name, law_));
   }
+  const std::string tangential = given.word("tangential");
+  if (!tangential.empty() && tangential != "on" && tangential != "off")
+    stop_run(lmp, fmt::format("{}: tangential is on or off, found '{}'", style_name, tangential));
+  tangential_on_ = tangential == "on";
   viscosity_now_ = viscosity_setting_;
 }
 
@@ -54,11 +58,16 @@ int FixLubrication::setmask() {
          LAMMPS_NS::FixConst::PRE_FINAL_INTEGRATE;
 }
 
-// Force applied in the last step and its number, per sphere; goes into restart files and dumps.
+// Force applied in the last step, its number and, where there is one, the torque, per sphere; goes
+// into restart files and dumps.
 void FixLubrication::post_create() {
-  const char* arguments[] = {
-      store_id, "all", "property/atom", store_id, "vector", "yes", "no", "no", "0", "0", "0", "-1"};
-  applied_ = modify->add_fix_property_atom(12, const_cast<char**>(arguments), style_name);
+  const char* arguments[] = {store_id, "all",    "property/atom",
+                             store_id, "vector", "yes",
+                             "no",     "no",     "0",
+                             "0",      "0",      "-1",
+                             "0",      "0",      "0"};
+  applied_ = modify->add_fix_property_atom(tangential_on_ ? 15 : 12, const_cast<char**>(arguments),
+                                           style_name);
 }
 
 void FixLubrication::pre_delete(bool unfix) {
@@ -78,6 +87,7 @@ void FixLubrication::prepare(const LAMMPS_NS::Fix* wall) {
                               "property fluidCellSize",
                               style_name));
   }
+  if (tangential_on_) prepare_tangential(cell_size_);
   smallest_gap_ = smallest_gap_setting_ > 0 ? smallest_gap_setting_
                   : cell_size_ > 0          ? default_gap
                                             : published_gap;
@@ -96,6 +106,14 @@ void FixLubrication::prepare(const LAMMPS_NS::Fix* wall) {
                          style_name, smallest_gap_, smallest_gap, range_));
   reach_out(lmp, style_name, range_);
   if (wall == nullptr) tell_range();
+}
+
+void FixLubrication::prepare_tangential(double h) {
+  if (h > 0) return;
+  stop_run(lmp, fmt::format("{}: tangential on adds what a grid lacks, with law unresolved and a "
+                            "fix couple/fluid or the property fluidCellSize; {}",
+                            style_name,
+                            law_ == "published" ? "here law is published" : "here is no grid"));
 }
 
 /// The range and where it comes from; a warning where it is shorter than what the grid leaves out.
@@ -137,6 +155,7 @@ void FixLubrication::refuse_projected_spheres() const {
 void FixLubrication::forget() {
   films_.clear();
   collisions_.clear();
+  tangential_.clear();
 }
 
 /// c of this step [kg/s]; below 0 in a collision.
@@ -162,6 +181,24 @@ void FixLubrication::add(const Surfaces& s) {
   if (s.wall_velocity != nullptr) std::copy_n(s.wall_velocity, 3, film.wall_velocity.begin());
   film.coefficient = coefficient(s, opening_speed(film));
   if (film.coefficient != 0) (film.coefficient > 0 ? films_ : collisions_).push_back(film);
+  if (tangential_on_) add_tangential(s);
+}
+
+/// In a collision, which has no duration in nature, there is none; in an enduring contact that of
+/// the smallest gap.
+void FixLubrication::add_tangential(const Surfaces& s) {
+  if (s.gap <= 0 && !s.enduring) return;
+  const bool wall = s.j < 0;
+  const double gap = std::max(s.gap, smallest_gap_ * s.smaller_radius);
+  const contact::SlideAndRoll logarithms = contact::unresolved_logarithms(
+      wall ? contact::tangential_unresolved_at_wall : contact::tangential_unresolved_of_pair,
+      gap / cell_size_);
+  Tangential t{s.i, s.j, {s.normal[0], s.normal[1], s.normal[2]}, {0, 0, 0}, {}};
+  if (s.wall_velocity != nullptr) std::copy_n(s.wall_velocity, 3, t.wall_velocity.begin());
+  const double mu = viscosity_.get(), a = atom->radius[s.i];
+  t.film = wall ? contact::tangential_film_at_wall(mu, a, s.gap, logarithms)
+                : contact::tangential_film_of_pair(mu, a, atom->radius[s.j], s.gap, logarithms);
+  tangential_.push_back(t);
 }
 
 double FixLubrication::inverse_mass(int i) const { return mobility_.inverse_mass(*atom, i); }
@@ -177,7 +214,8 @@ double FixLubrication::sum_over_ranks(double mine) const {
 }
 
 bool FixLubrication::none_anywhere() const {
-  return sum_over_ranks(static_cast<double>(films_.size() + collisions_.size())) == 0;
+  const std::size_t mine = films_.size() + collisions_.size() + tangential_.size();
+  return sum_over_ranks(static_cast<double>(mine)) == 0;
 }
 
 /// n·(a_i - a_j), the rate at which the gap's speed changes [m/s²].
@@ -282,6 +320,55 @@ void FixLubrication::solve_together() {
   }
 }
 
+/// Of sphere k = t.i or t.j.
+double FixLubrication::tangential_rate(const Tangential& t, int k) const {
+  const double w = inverse_mass(k), a = atom->radius[k];
+  return contact::tangential_rate(t.film, k == t.i ? t.film.arm_i : t.film.arm_j, w,
+                                  2.5 * w / (a * a));
+}
+
+/// Of local and ghost spheres.
+void FixLubrication::sum_tangential_rates() {
+  const int local = atom->nlocal;
+  rates_.assign(local + atom->nghost, 0.0);
+  for (const Tangential& t : tangential_) {
+    rates_[t.i] += tangential_rate(t, t.i);
+    if (t.j >= 0 && t.j < local) rates_[t.j] += tangential_rate(t, t.j);
+  }
+  sending_rates_ = true;
+  comm->forward_comm_fix(this);
+  sending_rates_ = false;
+}
+
+/// Forces and torques against sliding and rolling join the others and lubricationForce.
+void FixLubrication::apply_tangential() {
+  sum_tangential_rates();
+  const int local = atom->nlocal;
+  double** applied = applied_->array_atom;
+  const auto vector = [](const double* p) { return Vector{p[0], p[1], p[2]}; };
+  const auto push = [&](int k, double force, const Vector& along, double share,
+                        const Vector& turn) {
+    if (inverse_mass(k) == 0) return;
+    for (int d = 0; d < 3; ++d) {
+      applied[k][d] += force * along[d];
+      applied[k][4 + d] += share * turn[d];
+      atom->f[k][d] += force * along[d];
+      atom->torque[k][d] += share * turn[d];
+    }
+  };
+  for (const Tangential& t : tangential_) {
+    const bool wall = t.j < 0;
+    const Vector vi = vector(atom->v[t.i]), vj = wall ? t.wall_velocity : vector(atom->v[t.j]);
+    const contact::TangentialLoads loads = contact::tangential_loads(
+        t.film, t.normal, {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]}, vector(atom->omega[t.i]),
+        wall ? Vector{} : vector(atom->omega[t.j]));
+    const double share =
+        contact::tangential_step_share(std::max(rates_[t.i], wall ? 0.0 : rates_[t.j]), update->dt);
+    push(t.i, share, loads.force, share, loads.torque_i);
+    if (!wall && t.j < local) push(t.j, -share, loads.force, share, loads.torque_j);
+  }
+}
+
 void FixLubrication::pre_final_integrate() {
   const bool none = none_anywhere();
   if (none && !stale_) return;
@@ -290,12 +377,14 @@ void FixLubrication::pre_final_integrate() {
   for (int i = 0; i < local; ++i) {
     std::fill_n(applied[i], 3, 0.0);
     applied[i][3] = static_cast<double>(update->ntimestep);
+    if (tangential_on_) std::fill_n(applied[i] + 4, 3, 0.0);
   }
   stale_ = !none;
   if (none) return;
 
   for (Film& film : collisions_) film.force = -film.coefficient * opening_speed(film);
   apply(collisions_);
+  if (tangential_on_) apply_tangential();
   accelerations_.resize(local + atom->nghost);
   solve_alone();
   solve_together();
@@ -326,21 +415,31 @@ void FixLubrication::setup(int) {
     const double* applied = applied_->array_atom[i];
     if (applied[3] != now) continue;
     for (int d = 0; d < 3; ++d) atom->f[i][d] += applied[d];
+    if (!tangential_on_) continue;
+    for (int d = 0; d < 3; ++d) atom->torque[i][d] += applied[4 + d];
   }
 }
 
 int FixLubrication::pack_comm(int count, int* list, double* buffer, int, int*) {
   int m = 0;
   for (int n = 0; n < count; ++n) {
-    for (const double value : accelerations_[list[n]]) buffer[m++] = value;
+    if (sending_rates_) {
+      buffer[m++] = rates_[list[n]];
+    } else {
+      for (const double value : accelerations_[list[n]]) buffer[m++] = value;
+    }
   }
-  return comm_forward;
+  return sending_rates_ ? 1 : comm_forward;
 }
 
 void FixLubrication::unpack_comm(int count, int first, double* buffer) {
   int m = 0;
   for (int n = first; n < first + count; ++n) {
-    for (double& value : accelerations_[n]) value = buffer[m++];
+    if (sending_rates_) {
+      rates_[n] = buffer[m++];
+    } else {
+      for (double& value : accelerations_[n]) value = buffer[m++];
+    }
   }
 }
 

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
 #include "fix.h"
 #include "liggghts_styles/contact_observers.hpp"
 #include "liggghts_styles/fluid_values.hpp"
+#include "liggghts_styles/formulas/tangential_lubrication.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
 
@@ -16,14 +16,15 @@ class FixPropertyAtom;
 
 namespace bedload {
 
-/// Lubrication between spheres of the group, and between them and walls of fix wall/gran. Formula
-/// in formulas/lubrication.hpp; user page doc/fix_lubrication.md.
+/// Lubrication between spheres of the group, and between them and walls of fix wall/gran. Formulas
+/// in formulas/lubrication.hpp and tangential_lubrication.hpp; user page doc/fix_lubrication.md.
 ///
 /// The contact models of our pair styles and walls hand over the surfaces that are in range (they
 /// meet them anyway, so no search is made here). The force is applied at the end of the step, when
 /// all other forces are known, because a stiff film has to answer to them, those of the other films
 /// of its spheres included: the films of a step are solved for together (conjugate gradients over
-/// all ranks, from the forces that the films would have alone).
+/// all ranks, from the forces that the films would have alone). What the films do to sliding and
+/// rolling is no stiffer than the logarithm of the gap and is computed from the velocities alone.
 class FixLubrication : public LAMMPS_NS::Fix {
  public:
   static constexpr NumberKeyword keywords[] = {
@@ -35,7 +36,10 @@ class FixLubrication : public LAMMPS_NS::Fix {
        "Smallest gap in the formula."}};
   static constexpr WordKeyword words[] = {
       {"law", "unresolved where a cell size h is known, else published",
-       "unresolved: what a fluid grid of spacing h lacks of the film; published: the whole film."}};
+       "unresolved: what a fluid grid of spacing h lacks of the film; published: the whole film."},
+      {"tangential", "off",
+       "on: also what the grid lacks of the film's force and torques against sliding and rolling "
+       "(law unresolved)."}};
   static constexpr StyleHelp help{
       "fix lubrication",
       "Lubrication between spheres that do not touch, and between them and walls of fix "
@@ -83,16 +87,27 @@ class FixLubrication : public LAMMPS_NS::Fix {
   }
 
  private:
+  using Vector = contact::Vector3;
+
   struct Film {
     int i, j;
     double coefficient;  // c [kg/s]
-    std::array<double, 3> normal, wall_velocity;
+    Vector normal, wall_velocity;
     double compliance;  // D_k [1/kg], see formulas/lubrication.hpp
     double share;       // 1/2 where another rank (or image) holds the same film, else 1
     double force;       // mean over the step [N]
   };
-  using Vector = std::array<double, 3>;
+  struct Tangential {
+    int i, j;
+    Vector normal, wall_velocity;
+    contact::TangentialFilm film;
+  };
 
+  void prepare_tangential(double h);
+  void add_tangential(const Surfaces& s);
+  double tangential_rate(const Tangential& t, int k) const;
+  void sum_tangential_rates();
+  void apply_tangential();
   double opening_speed(const Film& film) const;
   void apply(const std::vector<Film>& films);
   double inverse_mass(int i) const;
@@ -109,6 +124,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   double sum_over_ranks(double mine) const;
 
   std::string law_;
+  bool tangential_on_ = false;
   double viscosity_setting_ = 0, range_setting_ = 0, smallest_gap_setting_ = 0;
   double smallest_gap_ = 0;  // radii
   double viscosity_now_ = 0, range_ = 0;
@@ -117,8 +133,11 @@ class FixLubrication : public LAMMPS_NS::Fix {
   Mobility mobility_;
   ContactObservers contact_observers_;
   std::vector<Film> films_;
-  std::vector<Film> collisions_;       // coefficient < 0: what the grid resolves and should not
+  std::vector<Film> collisions_;  // coefficient < 0: what the grid resolves and should not
+  std::vector<Tangential> tangential_;
   std::vector<Vector> accelerations_;  // of local and ghost spheres [m/s²]
+  std::vector<double> rates_;          // summed over a sphere's tangential films [1/s]
+  bool sending_rates_ = false;         // what pack_comm sends: the rates, or the accelerations
   bool stale_ = true;                  // lubricationForce holds something that is not of this step
   LAMMPS_NS::FixPropertyAtom* applied_ = nullptr;
 };

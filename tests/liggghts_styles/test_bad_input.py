@@ -103,6 +103,19 @@ CASES = {
         dict(lines=[f"{FILM} viscosity 1e-3"]),
         ["fix lubrication", "'range <value>' is missing", "couple/fluid"],
     ),
+    "tangential maybe": (
+        dict(lines=[f"{FILM} viscosity 1e-3 range 1e-3 tangential maybe"]),
+        ["fix lubrication: tangential is on or off", "'maybe'"],
+    ),
+    "tangential film without a grid": (
+        dict(lines=[f"{FILM} viscosity 1e-3 range 1e-3 tangential on"]),
+        ["fix lubrication: tangential on adds what a grid lacks", "here is no grid"],
+    ),
+    "tangential film of the published law": (
+        dict(lines=["fix h all property/global fluidCellSize scalar 1e-3",
+                    f"{FILM} viscosity 1e-3 law published tangential on"]),
+        ["fix lubrication: tangential on adds what a grid lacks", "here law is published"],
+    ),
     "lubrication keyword": (
         dict(lines=[f"{FILM} viscos 1e-3"]),
         ["unknown keyword 'viscos'", "the nearest is 'viscosity'", "viscosity, range, gapMin, law"],

@@ -8,6 +8,7 @@
 #include "liggghts_styles/formulas/haff_werner.hpp"
 #include "liggghts_styles/formulas/lubrication.hpp"
 #include "liggghts_styles/formulas/rpm.hpp"
+#include "liggghts_styles/formulas/tangential_lubrication.hpp"
 
 namespace bedload::contact {
 namespace {
@@ -286,6 +287,137 @@ TEST(Lubrication, ShareThatTheGridDoesNotResolve) {
   // touch.
   EXPECT_NEAR(unresolved_at_wall.linear, resolved_at_touch, 0.3);
   EXPECT_NEAR(unresolved_of_pair.linear, resolved_at_touch, 0.3);
+}
+
+constexpr double pi = std::numbers::pi;
+constexpr Vector3 up{0, 1, 0}, none{0, 0, 0};
+
+// Jeffrey and Onishi 1984: coefficients of ln(1/ξ) for spheres
+// of the radii 1 and λ. n = y points to sphere i; x is along, z about it.
+TEST(TangentialLubrication, CoefficientsOfJeffreyAndOnishi) {
+  for (const double size : {0.1, 0.5, 1.0, 3.0, 20.0}) {
+    const double sum = 1 + size;
+    const double ya = 4.0 / 15 * size * (2 + size + 2 * size * size) / std::pow(sum, 3);
+    const double yb = -0.2 * size * (4 + size) / (sum * sum);
+    const double yc = 0.4 * size / sum, yc_other = 0.8 * size * size / std::pow(sum, 4);
+    const TangentialFilm film = tangential_film_of_pair(1, 1, size, 0, {1, 1});
+    const TangentialLoads moving = tangential_loads(film, up, {1, 0, 0}, none, none);
+    EXPECT_NEAR(moving.force[0], -6 * pi * ya, 1e-12) << size;
+    EXPECT_NEAR(moving.torque_i[2], 4 * pi * yb, 1e-12) << size;
+    // Torque on the other: as if it moved the other way, seen from its side.
+    const double yb_other = -0.2 / size * (4 + 1 / size) / std::pow(1 + 1 / size, 2);
+    EXPECT_NEAR(moving.torque_j[2], 4 * pi * size * size * yb_other, 1e-12) << size;
+    const TangentialLoads turning = tangential_loads(film, up, none, {0, 0, 1}, none);
+    EXPECT_NEAR(turning.force[0], 4 * pi * yb, 1e-12) << size;
+    EXPECT_NEAR(turning.torque_i[2], -8 * pi * yc, 1e-12) << size;
+    EXPECT_NEAR(turning.torque_j[2], -pi * std::pow(sum, 3) * yc_other, 1e-12) << size;
+  }
+}
+
+// Goldman, Cox and Brenner 1967 print 8/15 (6πμa), 2/15 (6πμa²), 1/10 (8πμa²) and 2/5 (8πμa³). A
+// sphere that slides along x over the wall below is slowed down and made to roll forwards; one that
+// rolls forwards (about -z) is pushed forwards.
+TEST(TangentialLubrication, CoefficientsOfGoldmanCoxAndBrenner) {
+  const double mu = 1.3, a = 0.7, logarithm = 2.1;
+  const TangentialFilm film = tangential_film_at_wall(mu, a, 0, {logarithm, logarithm});
+  const TangentialLoads sliding = tangential_loads(film, up, {1, 0.4, 0}, none, none);
+  EXPECT_NEAR(sliding.force[0], -8.0 / 15 * 6 * pi * mu * a * logarithm, 1e-12);
+  EXPECT_NEAR(sliding.torque_i[2], -0.1 * 8 * pi * mu * a * a * logarithm, 1e-12);
+  EXPECT_EQ(sliding.force[1], 0);
+  const TangentialLoads turning = tangential_loads(film, up, none, {0, 0.3, -1}, none);
+  EXPECT_NEAR(turning.force[0], 2.0 / 15 * 6 * pi * mu * a * a * logarithm, 1e-12);
+  EXPECT_NEAR(turning.torque_i[2], 0.4 * 8 * pi * mu * a * a * a * logarithm, 1e-12);
+  EXPECT_EQ(turning.torque_i[1], 0);
+  // A sphere of infinite radius is the wall.
+  const TangentialFilm large = tangential_film_of_pair(mu, a, 1e9, 0, {logarithm, logarithm});
+  EXPECT_NEAR(large.slide / film.slide, 1, 1e-8);
+  EXPECT_NEAR(large.roll / film.roll, 1, 1e-8);
+  EXPECT_NEAR(large.skew, -1, 1e-8);
+}
+
+// The second source: Reynolds's equation. For ρ² >> R ζ the gap is H = ρ²/(2R); p = -9.6 μ e R² cos
+// θ/ρ³ solves ∇·(H³∇p) = 12 μ e ∂H/∂x, and what pressure and shear dissipate between two radii is
+// π μ R (4.8 e² + 2 s²) times twice the logarithm of their ratio (ρ² ~ ζ).
+TEST(TangentialLubrication, ReynoldsEquation) {
+  const double mu = 0.8, e = 1.7, s = 0.6, r = 2.3;
+  const double rho = 0.9, d = 1e-3;
+  const auto gap = [&](double q) { return q * q / (2 * r); };
+  const auto pressure = [&](double q) { return -9.6 * mu * e * r * r / (q * q * q); };
+  const auto flux = [&](double q) {
+    return q * std::pow(gap(q), 3) * (pressure(q + d) - pressure(q - d)) / (2 * d);
+  };
+  const double divergence = (flux(rho + d) - flux(rho - d)) / (2 * d * rho) -
+                            std::pow(gap(rho), 3) * pressure(rho) / (rho * rho);
+  EXPECT_NEAR(divergence / (12 * mu * e * rho / r), 1, 1e-4);
+  // Per unit of ln ρ; cos² and sin² are 1/2 on the mean over the circle.
+  const double slope = (pressure(rho + d) - pressure(rho - d)) / (2 * d);
+  const double squeezed = std::pow(gap(rho), 3) / (12 * mu) *
+                          (slope * slope + std::pow(pressure(rho) / rho, 2)) * pi * rho * rho;
+  const double sheared = mu * s * s / gap(rho) * 2 * pi * rho * rho;
+  const TangentialFilm film = tangential_film_of_pair(mu, 2 * r, 2 * r, 0, {1, 1});
+  EXPECT_NEAR(squeezed / (2 * film.roll * e * e), 1, 1e-4);
+  EXPECT_NEAR(sheared / (2 * film.slide * s * s), 1, 1e-12);
+}
+
+// A pair that turns as one body feels nothing; angular momentum is kept, at any gap and in overlap;
+// loads by one motion work as much in another as the other way round (reciprocity); energy is lost.
+TEST(TangentialLubrication, BalancesAndReciprocity) {
+  const Vector3 n{0.48, 0.6, 0.64};
+  const auto dot = [](const Vector3& a, const Vector3& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  };
+  const double a = 0.4, b = 1.1, mu = 0.9;
+  for (const double gap : {-0.01, 0.0, 0.2}) {
+    const TangentialFilm film = tangential_film_of_pair(mu, a, b, gap, {1.7, 1.1});
+    const Vector3 omega{0.3, -1.2, 0.7};
+    Vector3 arm;
+    for (int d = 0; d < 3; ++d) arm[d] = (a + b + gap) * n[d];
+    const TangentialLoads rigid = tangential_loads(film, n, cross(omega, arm), omega, omega);
+    for (const Vector3& load : {rigid.force, rigid.torque_i, rigid.torque_j})
+      EXPECT_NEAR(std::sqrt(dot(load, load)), 0, 1e-14) << gap;
+
+    const Vector3 v[] = {{0.2, -0.4, 0.9}, {-1.1, 0.5, 0.3}};
+    const Vector3 wi[] = {{0.7, 0.1, -0.3}, {0.4, -0.9, 0.8}};
+    const Vector3 wj[] = {{-0.5, 0.6, 0.2}, {0.1, 1.3, -0.6}};
+    TangentialLoads loads[2];
+    double work[2][2];
+    for (int m = 0; m < 2; ++m) {
+      loads[m] = tangential_loads(film, n, v[m], wi[m], wj[m]);
+      const Vector3 lever = cross(arm, loads[m].force);
+      for (int d = 0; d < 3; ++d)
+        EXPECT_NEAR(loads[m].torque_i[d] + loads[m].torque_j[d] + lever[d], 0, 1e-14);
+      EXPECT_NEAR(dot(loads[m].force, n), 0, 1e-14);
+      for (int k = 0; k < 2; ++k)
+        work[m][k] = dot(loads[m].force, v[k]) + dot(loads[m].torque_i, wi[k]) +
+                     dot(loads[m].torque_j, wj[k]);
+      EXPECT_LT(work[m][m], -1);
+    }
+    EXPECT_NEAR(work[0][1], work[1][0], 1e-13);
+    EXPECT_GT(std::abs(work[0][1]), 0.1);
+  }
+}
+
+// Λ is the exponential integral: the sum over all wider gaps of the share that the grid lacks.
+TEST(TangentialLubrication, LogarithmThatTheGridLacks) {
+  for (const double x : {1e-4, 0.01, 0.3, 0.999, 1.001, 2.0, 5.0, 12.0})
+    EXPECT_NEAR(unresolved_logarithm(x) / -std::expint(-x), 1, x < 1 ? 1e-6 : 3e-4) << x;
+  const double x = 0.2, d = 1e-3;
+  EXPECT_NEAR((unresolved_logarithm(x - d) - unresolved_logarithm(x + d)) / (2 * d),
+              std::exp(-x) / x, 1e-4);
+}
+
+// No damper may take more than there is: with x << 1 the formula, with x >> 1 half of what stops
+// the sphere, as its partner may bring as much.
+TEST(TangentialLubrication, StepShare) {
+  EXPECT_NEAR(tangential_step_share(3.0, 1e-9), 1, 1e-8);
+  EXPECT_NEAR(tangential_step_share(1e3, 1.0) * 2e3, 1, 1e-12);
+  EXPECT_NEAR(tangential_step_share(0.25, 2.0), 1 - std::exp(-1), 1e-15);
+  const TangentialFilm film = tangential_film_at_wall(1, 0.5, 0, {1, 1});
+  const double m = 3, inertia = 0.4 * m * 0.25;
+  // Slip alone is slowed down at 2πμa(1/m + a²/I).
+  EXPECT_NEAR(tangential_rate(film, film.arm_i, 1 / m, 1 / inertia),
+              2 * pi * 0.5 * (1 / m + 0.25 / inertia) + 1.2 * pi * 0.5 * (1 / m + 0.25 / inertia),
+              1e-12);
 }
 
 }  // namespace

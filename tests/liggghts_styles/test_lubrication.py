@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from liggghts_script import Scene, Sphere, dump_now, read_dump
+from liggghts_script import Scene, Sphere, dump_now, kinetic_energy, read_dump
 
 D = 0.01
 MU = 5.0
@@ -333,3 +333,165 @@ def test_several_stiff_films_on_one_sphere(tmp_path, mu, ranks):
     # Along the stack (its films say nothing about the rest): how fast the three sink.
     films = np.linalg.lstsq(matrix, force, rcond=1e-10)[0].reshape(3, 3)
     assert end.v[3:, 1] == pytest.approx(films[:, 1], rel=0.03)
+
+
+SLIDE_MU, SLIDE_H = 0.05, 2e-3
+
+
+def tangential_drag(size, gap):
+    """Matrix of -force and -torque on a sphere of diameter D by its velocity along x and spin about z, over a
+    wall below (size None: Goldman, Cox & Brenner 1967) or a held sphere `size` times as large (Jeffrey & Onishi
+    1984). Their coefficients belong to one logarithm for all; what of a sphere's motion is sliding and rolling is
+    found from them: both surfaces' velocities with no difference, or with no sum, as seen from the line of
+    centres."""
+    from scipy.special import exp1
+
+    a = D / 2
+    if size is None:
+        parts, skew = (8 / 15, 1 / 5, 2 / 5), -1.0
+    else:
+        parts = (4 / 15 * size * (2 + size + 2 * size**2) / (1 + size) ** 3,
+                 size * (4 + size) / 5 / (1 + size) ** 2, 2 / 5 * size / (1 + size))  # fmt: skip
+        skew = (1 - size) / (1 + size)
+    published = np.pi * SLIDE_MU * np.array([
+        [6 * a * parts[0], 4 * a**2 * parts[1]], [4 * a**2 * parts[1], 8 * a**3 * parts[2]]
+    ])  # fmt: skip
+    # Over something below, the sphere's surface slides at v + a w, and rolls at (skew v + a w)/2.
+    motions = np.array([[1.0, a], [0.5 * skew, 0.5 * a]])
+    dampers = np.linalg.inv(motions).T @ published @ np.linalg.inv(motions)
+    assert abs(dampers[0, 1]) < 1e-12 * dampers[0, 0]
+    # At a gap the arms reach to its middle.
+    motions[:, 1] *= 1 + 0.5 * gap / a
+    motions[1, 0] *= 1 if size is None else 1 / (1 + gap / (a * (1 + size)))
+    k = np.array([3.1, 2.4] if size is None else [3.3, 3.3])
+    return motions.T @ np.diag(np.diag(dampers) * exp1(k * gap / SLIDE_H)) @ motions
+
+
+def slider(folder, film, pair, motion, gap, seconds):
+    """End state of a sphere that moves along x and turns about z (`motion`) at `gap` over a wall or, with a
+    diameter as `pair`, over a held sphere."""
+    velocity, spin = motion
+    scene = Scene(
+        [Sphere((0.0, D / 2 + gap, 0.0), (velocity, 0.0, 0.0), (0.0, 0.0, spin), diameter=D)],
+        skin=1e-2,
+        contact="model actm tangential off",
+        lines=[with_grid(SLIDE_H), f"fix film all lubrication viscosity {SLIDE_MU} {film}"],
+    )
+    if pair is None:
+        scene.lines.append("fix floor all wall/gran model actm tangential off primitive type 1 yplane 0.0")
+    else:
+        scene.spheres.append(Sphere((0.0, -pair / 2, 0.0), diameter=pair))
+        scene.lines += ["group held id 2", "group free id 1", "fix hold held freeze"]
+        scene.integrate = "fix integrate free nve/sphere"
+    return scene.run(folder, round(seconds / scene.dt))
+
+
+@pytest.mark.parametrize("pair", [None, D, 3 * D])
+def test_sliding_and_turning_die_away(tmp_path, pair):
+    """v' and spin' of a sphere beside a wall or a held sphere are those of the 2 x 2 matrix of the published
+    coefficients times the logarithm that the grid lacks, E1(k gap/h); without the keyword nothing happens.
+    Within 2e-3; a coefficient left out, doubled or turned in sign changes v or the spin by more."""
+    from scipy.linalg import expm
+
+    gap, seconds = 2e-4, 40e-3
+    a, mass = D / 2, Sphere((0, 0, 0), diameter=D).mass
+    rates = np.diag([1 / mass, 2.5 / (mass * a**2)]) @ tangential_drag(pair and pair / D, gap)
+    # The path over a held sphere is straight for a D/5, over which the gap of spheres grows by a tenth of h.
+    velocity, spin = (0.05, 20.0) if pair is None else (2e-3, 2.0)
+    expected = expm(-rates * seconds) @ [velocity, spin]
+    for switch in ("", "tangential off", "tangential on"):
+        end = slider(tmp_path / (switch or "none"), switch, pair, (velocity, spin), gap, seconds)
+        found = [end.v[0, 0], end.spin[0, 2]]
+        if switch == "tangential on":
+            assert found == pytest.approx(expected, rel=2e-3)
+            assert abs(expected[0] / velocity - 1) > 0.08 and abs(expected[1] / spin - 1) > 0.05
+        else:
+            assert found == pytest.approx([velocity, spin], rel=1e-4)  # over a sphere the gap opens
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_tangential_film_of_unequal_spheres_keeps_momentum(tmp_path, ranks):
+    """Momentum and angular momentum of two free spheres, 1:3, that slide and roll past each other obliquely:
+    kept to round-off; the relative motion dies away. On two ranks the pair lies across their border."""
+    small = Sphere((-D / 2 - 1e-4, 0.001, 0.0), (0.0, 4e-3, -2e-3), (0.5, 1.0, -2.0), diameter=D)
+    large = Sphere((3 * D / 2 + 1e-4, 0.001, 0.0), (0.0, -1e-3, 1e-3), (-0.3, 0.2, 0.4), diameter=3 * D)
+    scene = Scene(
+        [small, large],
+        contact="model actm tangential off",
+        skin=1e-2,
+        lines=[with_grid(SLIDE_H), "fix film all lubrication viscosity 2 tangential on"],
+    )
+
+    def momenta(x, v, spin):
+        m = np.array([s.mass for s in scene.spheres])[:, None]
+        inertia = np.array([s.inertia for s in scene.spheres])[:, None]
+        return np.sum(m * v, 0), np.sum(m * np.cross(x, v) + inertia * spin, 0)
+
+    start = [np.array([getattr(s, name) for s in scene.spheres]) for name in ("position", "velocity", "spin")]
+    end = scene.run(tmp_path, 150, ranks)
+    scale = small.mass * 4e-3
+    for before, after, unit in zip(momenta(*start), momenta(end.x, end.v, end.spin), (scale, scale * D)):
+        assert after == pytest.approx(before, abs=1e-12 * unit)
+    assert abs(end.v[0, 1] - end.v[1, 1]) < 0.8 * 5e-3
+    assert abs(end.spin[0, 2]) < 0.9 * 2.0
+
+
+@pytest.mark.parametrize("substeps", [1, 15])
+def test_stiff_tangential_films_lose_energy(tmp_path, substeps):
+    """64 spheres, each beside up to six others: films that would stop a sphere in a fraction of a step (up to
+    1e4 of them) only ever take kinetic energy, spins included; a film by itself, unchecked, makes it grow."""
+    rng = np.random.default_rng(5)
+    spheres = []
+    for n in range(64):
+        place = (D + 1.5e-4) * np.array(np.unravel_index(n, (4, 4, 4)), float)
+        velocity, spin = 0.01 * rng.normal(size=3), 2 * rng.normal(size=3)
+        spheres.append(Sphere(tuple(place), tuple(velocity), tuple(spin), diameter=D))
+    for mu in (1.0, 1e4):
+        scene = Scene(
+            spheres,
+            box=((-0.02, 0.08),) * 3,
+            contact="model actm tangential off",
+            substeps=substeps,
+            skin=5e-3,
+            lines=[with_grid(SLIDE_H), f"fix film all lubrication viscosity {mu} tangential on"],
+        )
+        lines = []
+        for n in range(10):
+            lines += ["run 1", *dump_now(f"at{n}.dump")]
+        scene.run(tmp_path / str(mu), lines)
+        states = [read_dump(tmp_path / str(mu) / f"at{n}.dump") for n in range(10)]
+        energy = [kinetic_energy(spheres, s) for s in states]
+        spins = [float(np.sum(s.spin**2)) for s in states]
+        assert np.all(np.diff(energy) <= 0)
+        assert spins[-1] < 0.9 * spins[0]
+
+
+def test_tangential_film_of_an_enduring_contact(tmp_path):
+    """A sphere without friction that lies on a wall slides and turns against the film of the smallest gap,
+    E1(k ζ_min/h)."""
+    from scipy.linalg import expm
+
+    contact, share, seconds = "model actm tangential off", 0.01, 20e-3
+    scene = Scene(
+        [Sphere((0.0, D / 2 + 1e-6, 0.0), (0.05, -1e-4, 0.0), diameter=D)],
+        skin=1e-2,
+        contact=contact,
+        lines=[
+            with_grid(SLIDE_H),
+            f"fix film all lubrication viscosity {SLIDE_MU} gapMin {share} tangential on",
+            f"fix floor all wall/gran {contact} primitive type 1 yplane 0.0",
+            "fix weight all gravity 9.81 vector 0 -1 0",
+        ],
+    )
+    first = round(40e-3 / scene.dt)
+    steps = round(seconds / scene.dt)
+    lines = [f"run {first}", *dump_now("lies.dump"), f"run {steps}"]
+    end = scene.run(tmp_path, lines)
+    lies = read_dump(tmp_path / "lies.dump")
+    assert lies.x[0, 1] < D / 2 and end.x[0, 1] < D / 2
+    start = [lies.v[0, 0], lies.spin[0, 2]]
+    a, mass = D / 2, scene.spheres[0].mass
+    rates = np.diag([1 / mass, 2.5 / (mass * a**2)]) @ tangential_drag(None, share * a)
+    expected = expm(-rates * seconds) @ start
+    assert [end.v[0, 0], end.spin[0, 2]] == pytest.approx(expected, rel=5e-3)
+    assert end.v[0, 0] < 0.95 * start[0]

@@ -12,6 +12,14 @@ CONTACTS = {
     "actm": "model actm tangential haff_werner",
     "rpm": "model rpm tangential haff_werner",
     "hertz": "model hertz tangential haff_werner",
+    "rolling film": "model actm tangential haff_werner",
+}
+FILMS = {
+    "rpm": [],
+    "rolling film": [
+        "fix h all property/global fluidCellSize scalar 2e-4",
+        "fix film all lubrication viscosity 1e-2 range 4e-4 tangential on",
+    ],
 }
 STIFF = [
     "fix m6 all property/global youngsModulus peratomtype 5e6",
@@ -33,7 +41,7 @@ def rain(model):
         spheres.append(Sphere(tuple(place), tuple(velocity), tuple(spin), diameter=D))
     contact = CONTACTS[model]
     settings = "range 4e-4" if model == "rpm" else ""
-    film = [] if model == "rpm" else ["fix film all lubrication viscosity 1e-2 range 4e-4"]
+    film = FILMS.get(model, ["fix film all lubrication viscosity 1e-2 range 4e-4"])
     return Scene(
         spheres,
         box=((0.0, SIDE), (-0.01, SIDE), (0.0, SIDE)),
@@ -87,7 +95,7 @@ def test_ranks(tmp_path, model):
             ), column
 
 
-@pytest.mark.parametrize("model", ["actm", "rpm"])
+@pytest.mark.parametrize("model", ["actm", "rpm", "rolling film"])
 def test_run_in_pieces(tmp_path, model):
     """`run` split in pieces, in the midst of contacts, is the same run to round-off. (LIGGGHTS' own
     hertz takes its damping at another velocity in the first step of each piece: 4e-3.)"""
@@ -123,7 +131,8 @@ def test_restart_in_mid_contact(tmp_path, model, ranks):
         assert a == pytest.approx(b, abs=1e-9 * np.max(a)), column
 
 
-def test_restart_of_single_contacts_is_bit_for_bit(tmp_path):
+@pytest.mark.parametrize("film", ["actm", "rolling film"])
+def test_restart_of_single_contacts_is_bit_for_bit(tmp_path, film):
     """With one partner each there is no order of sums: a pair and a wall contact, in mid-contact, go
     on with the very same numbers as without the restart, even without any split."""
     contact = CONTACTS["actm"]
@@ -136,7 +145,7 @@ def test_restart_of_single_contacts_is_bit_for_bit(tmp_path):
         contact=contact,
         restitution=0.7,
         lines=[
-            "fix film all lubrication viscosity 1e-2 range 4e-4",
+            *FILMS.get(film, ["fix film all lubrication viscosity 1e-2 range 4e-4"]),
             f"fix floor all wall/gran {contact} primitive type 1 yplane 0.0",
         ],
     )
