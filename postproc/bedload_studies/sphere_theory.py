@@ -7,7 +7,7 @@ Formulas that the hard cases and the accuracy study compare with; radius 1/2, `d
 import math
 
 import numpy as np
-from scipy.special import erfcx
+from scipy.special import erfcx, wofz
 
 RADIUS = 0.5
 VOLUME = math.pi / 6.0
@@ -55,25 +55,32 @@ def kicked_speed(density: float, viscosity: float, time: float, history: bool, s
     return speed
 
 
-def spin_left(density: float, viscosity: float, times: np.ndarray, steps: int = 1500) -> np.ndarray:
+def spin_left(density: float, viscosity: float, times: np.ndarray) -> np.ndarray:
     """Share of its spin that a sphere has left at `times` after it was suddenly given in fluid at rest.
 
         I w' = -8 pi mu R^3 (w + 1/3 int_0^t w'(s) K(t - s) ds),
         K(s) = R/sqrt(pi nu s) - exp(nu s/R^2) erfc(sqrt(nu s)/R),
 
-    unsteady Stokes flow (Feuillebois and Lasek, Q. J. Mech. Appl. Math. 31 (1978) 435).
+    unsteady Stokes flow (Feuillebois and Lasek, Q. J. Mech. Appl. Math. 31 (1978) 435), the jump at t = 0 in the
+    integral. The Laplace transform in nu t/R^2 is, with q^2 its variable and a = 5/density,
+
+        (1 + q)/(q^3 + (1 + a) q^2 + 3 a q + 3 a) = sum A/(q - r) over the roots r,
+
+    and A/(q - r) is that of A r exp(r^2 t) erfc(-r sqrt(t)), as sum A = 0.
     """
-    dt = float(times[-1]) / steps
-    rate = 15.0 * viscosity / (density * RADIUS**2)
-    jumps, instants, spin = np.zeros(steps + 1), np.zeros(steps + 1), np.ones(steps + 1)
-    jumps[0] = 1.0
-    for n in range(steps):
-        ages = (n + 0.5) * dt - instants[: n + 1]
-        kernel = RADIUS / np.sqrt(math.pi * viscosity * ages) - erfcx(np.sqrt(viscosity * ages) / RADIUS)
-        change = -rate * dt * (spin[n] + float(np.sum(jumps[: n + 1] * kernel)) / 3.0)
-        jumps[n + 1], instants[n + 1] = change, (n + 0.5) * dt
-        spin[n + 1] = spin[n] + change
-    return np.interp(times, np.arange(steps + 1) * dt, spin)
+    a = 5.0 / density
+    roots = np.roots([1.0, 1.0 + a, 3.0 * a, 3.0 * a])
+    shares = (1.0 + roots) / (3.0 * roots**2 + 2.0 * (1.0 + a) * roots + 3.0 * a)
+    root_time = np.sqrt(viscosity * np.asarray(times)) / RADIUS
+    # exp(z^2) erfc(z) = wofz(i z), z = -r sqrt(t).
+    return np.real(wofz(-1j * np.multiply.outer(root_time, roots)) @ (shares * roots))
+
+
+def spun_up_torque(viscosity: float, times: np.ndarray) -> np.ndarray:
+    """Torque over 8 pi mu R^3 omega on a sphere that turns at omega from t = 0 on, in fluid at rest before:
+    1 + K/3 of `spin_left`."""
+    root_time = np.sqrt(viscosity * np.asarray(times)) / RADIUS
+    return 1.0 + (1.0 / (math.sqrt(math.pi) * root_time) - erfcx(root_time)) / 3.0
 
 
 def wet_restitution(stokes: float, dry: float = 0.97) -> float:

@@ -17,7 +17,7 @@ def _array_edge(fraction: float) -> float:
     return (math.pi / 6.0 / fraction) ** (1.0 / 3.0)
 
 
-def _from_coarser(run: Run | None, end: float) -> dict[str, object]:
+def from_coarser(run: Run | None, end: float) -> dict[str, object]:
     """Settings that start from another run's state, which lacks little, and end earlier."""
     if run is None:
         return {}
@@ -40,7 +40,7 @@ def _array(
     settings = {
         "grid.cells": [cells] * 3, "grid.length": [length] * 3,
         "time.step": DIFFUSION * h * h, "time.end": 0.3 * length**2,
-    } | _from_coarser(start, 0.08 * length**2) | more  # fmt: skip
+    } | from_coarser(start, 0.08 * length**2) | more  # fmt: skip
     place = {axis: 0.5 + shift / cells for axis, shift in zip("xyz", offset, strict=True)}
     run = runner("array", label, settings, {"length": length} | place)
     return _drag_factor(run, length), run
@@ -102,7 +102,7 @@ def offsets(runner: Runner) -> Result:
     return result
 
 
-def _last_load(run: Run) -> tuple[np.ndarray, np.ndarray]:
+def last_load(run: Run) -> tuple[np.ndarray, np.ndarray]:
     """Force and torque on the only mobile sphere in the last sample."""
     import h5py
 
@@ -124,7 +124,7 @@ def rotation(runner: Runner) -> Result:
             "grid.cells": [3 * n] * 3, "time.step": DIFFUSION / n**2,
             "time.end": 1.0 if n < 24 else 0.6,
         })  # fmt: skip
-        torque = float(_last_load(run)[1][2])
+        torque = float(last_load(run)[1][2])
         errors.append(torque / exact - 1)
         result.rows.append(Row(f"torque, D/h = {n}", torque, exact, 0.015 if n < 12 else 0.007,
                                source="Stokes, 1/(1 - fraction)"))  # fmt: skip
@@ -204,7 +204,7 @@ def touching(runner: Runner) -> Result:
         for alone, exact in ((1, single), (0, pair)):
             settings = {"grid.cells": [int(length * n)] * 3, "time.step": DIFFUSION / n**2,
                         "time.end": 0.2 * length**2}  # fmt: skip
-            settings |= _from_coarser(coarser.get(alone), 0.08 * length**2)
+            settings |= from_coarser(coarser.get(alone), 0.08 * length**2)
             run = runner("touching", f"touching-{n}-{alone}", settings, {"alone": alone})
             coarser[alone] = run
             k = _drag_factor(run, length)
@@ -234,8 +234,8 @@ def on_wall(runner: Runner) -> Result:
     for n in across:
         settings = {"grid.cells": [8 * n, 5 * n, 8 * n], "time.step": DIFFUSION / n**2,
                     "time.end": 12.0}  # fmt: skip
-        run = runner("on_wall", f"on_wall-{n}", settings | _from_coarser(run, 3.0))
-        force, torque = (float(v[i]) for v, i in zip(_last_load(run), (0, 2), strict=True))
+        run = runner("on_wall", f"on_wall-{n}", settings | from_coarser(run, 3.0))
+        force, torque = (float(v[i]) for v, i in zip(last_load(run), (0, 2), strict=True))
         # The shear far above the sphere: what the upper wall's speed leaves after the mean velocity
         # that the sphere holds back, force x height of its centre over mu area.
         shear_above = (height - force * radius / length**2) / height
@@ -298,7 +298,7 @@ def _squeezed(runner: Runner, n: int, gap: float) -> float:
         "grid.cells": [5 * n] * 3, "grid.length": [5.0, 5.0, 5.0],
         "boundary.y_upper_velocity": [0.0, 0.0, 0.0], "time.step": DIFFUSION / n**2, "time.end": 1.0,
     }, {"speed": 1.0, "length": 5.0, "height": 5.0, "x": 2.53, "z": 2.47, "y": 0.5 + gap / n})  # fmt: skip
-    return float(_last_load(run)[0][1]) / (3.0 * math.pi)
+    return float(last_load(run)[0][1]) / (3.0 * math.pi)
 
 
 def _squeezed_pair(runner: Runner, n: int, gap: float, direction: tuple, name: str) -> float:
@@ -373,43 +373,7 @@ def film(runner: Runner) -> Result:
     return result
 
 
-def sliding(runner: Runner) -> Result:
-    """Force and torque on a sphere that slides along, or turns beside, a wall at gaps below a cell."""
-    result = Result("Sliding and turning beside a wall: what the grid resolves",
-                    axes=("gap / h", "force or torque over Stokes's"))  # fmt: skip
-    result.remarks.append(
-        "There is no tangential lubrication in the model: these rows say what it would have to add. References are "
-        "the limits for small gaps, good to some percent of themselves at these gaps; the images in the periodic "
-        "plane make the force of sliding some percent too high."
-    )
-    found: dict[str, list[float]] = {"sliding, force": [], "turning, torque": []}
-    limits: dict[str, list[float]] = {"sliding, force": [], "turning, torque": []}
-    gaps = (0.05, 0.1, 0.2)
-    for n, cells in ((8, gaps), (12, (0.1,))):
-        for gap in cells:
-            log = math.log(0.5 * n / gap)
-            for name, values, limit in (
-                ("sliding, force", {"along": 1.0}, 8.0 / 15.0 * log + 0.9588),
-                ("turning, torque", {"spin": 2.0}, 0.4 * log + 0.3817),
-            ):  # fmt: skip
-                run = runner("on_wall", f"{name[:7]}-{n}-{gap}", {
-                    "grid.cells": [5 * n] * 3, "grid.length": [5.0, 5.0, 5.0],
-                    "boundary.y_upper_velocity": [0.0, 0.0, 0.0], "time.step": DIFFUSION / n**2, "time.end": 1.0,
-                }, {"length": 5.0, "height": 5.0, "x": 2.53, "z": 2.47, "y": 0.5 + gap / n} | values)  # fmt: skip
-                force, torque = _last_load(run)
-                value = -force[0] / (3.0 * math.pi) if "along" in values else -torque[2] / (2.0 * math.pi)
-                result.rows.append(Row(f"{name}, gap {gap} h, D/h = {n}", float(value), limit,
-                                       source="Goldman, Cox & Brenner 1967"))  # fmt: skip
-                if n == 8:
-                    found[name].append(float(value))
-                    limits[name].append(limit)
-    for name in found:
-        result.curves.append(Curve(f"{name}, resolved", gaps, found[name], points=True))
-        result.curves.append(Curve(f"{name}, exact", gaps, limits[name]))
-    return result
-
-
 CASES = {
     "array": array, "offsets": offsets, "rotation": rotation, "shear": shear, "stream": stream,
-    "touching": touching, "on_wall": on_wall, "film": film, "sliding": sliding,
+    "touching": touching, "on_wall": on_wall, "film": film,
 }  # fmt: skip

@@ -13,6 +13,7 @@ from bedload_studies.sphere_theory import (
     film_speed,
     kicked_speed,
     spin_left,
+    spun_up_torque,
     standard_drag_coefficient,
     wet_restitution,
 )
@@ -279,6 +280,19 @@ def test_theories_have_their_limits():
     # Early: w' = -15 nu/(rho R^2) (1/3) R/sqrt(pi nu t), so 1 - w = 10 sqrt(nu t/pi)/(rho R).
     early = 10.0 * math.sqrt(0.02 * 1e-3 / math.pi) / (1.2 * 0.5)
     assert 1.0 - spin_left(1.2, 0.02, times)[1] == pytest.approx(early, rel=0.1)
+    assert spin_left(1.2, 0.02, times)[0] == pytest.approx(1.0, rel=1e-12)
+    # Its equation, from a while after the start on: what the torque took is missing of the spin.
+    time = np.linspace(0.0, 1.0, 2001) ** 2  # finer at the start, where w' is infinite
+    left = spin_left(0.5, 0.25, time)  # nu/R^2 = 1
+    memory = np.zeros(len(time))
+    for n in range(1, len(time)):
+        ages = time[n] - 0.5 * (time[1 : n + 1] + time[:n])
+        ages[-1] *= 0.5  # where 1/sqrt has its mean over the last interval
+        changes = np.diff(left[: n + 1])
+        memory[n] = spun_up_torque(0.25, time[n]) - 1.0 + changes @ (spun_up_torque(0.25, ages) - 1.0)
+    torque = left + memory
+    taken = 15.0 / 0.5 * np.sum(0.5 * (torque[101:] + torque[100:-1]) * np.diff(time[100:]))
+    assert left[100] - left[-1] == pytest.approx(taken, rel=2e-2) and left[100] > 0.5
 
 
 def test_overlaps_see_walls_bed_and_periodic_images():
