@@ -42,6 +42,8 @@ class Estimate:
     fluid_bytes: float
     dem_bytes: float
     trial_cells: tuple[int, int, int]
+    falling_reynolds: float | None = None  # of the mobile spheres, where they have weight
+    cells_per_layer: float | None = None  # in their boundary layer D/sqrt(Re)
 
     @property
     def seconds(self) -> float:
@@ -176,7 +178,15 @@ def from_trials(
         fluid_memory(sizes, [t.fluid_bytes for t in trials], program_bytes),
         larger.dem_bytes,
         larger.cells,
+        larger.derived.get("falling_reynolds"),
+        layer_on(cells, larger),
     )
+
+
+def layer_on(cells: tuple[int, int, int], trial: Trial) -> float | None:
+    """Cells in the boundary layer of a freely falling sphere on the grid `cells`."""
+    found = trial.derived.get("cells_per_layer")
+    return None if found is None else found * cells[0] / trial.cells[0]
 
 
 def smallest_grid(cells: tuple[int, int, int]) -> tuple[int, int, int]:
@@ -241,6 +251,15 @@ def memory(bytes_: float) -> str:
     return f"{bytes_ / 1e9:.2f} GB" if bytes_ >= 1e9 else f"{bytes_ / 1e6:.0f} MB"
 
 
+def layer_verdict(cells: float) -> str:
+    """What fluid/immersed_boundary/README.md has found with so many cells in the layer, under "Limits"."""
+    if cells < 0.5:
+        return ": fewer than were ever tried; a run warns"
+    if cells < 1.0:
+        return ": right for a steady fall, too few for an oblique wake"
+    return ""
+
+
 def describe(e: Estimate, ranks: job.Ranks, moves_grains: bool, available: float) -> str:
     """The estimate as lines for the terminal."""
     nx, ny, nz = e.cells
@@ -253,6 +272,11 @@ def describe(e: Estimate, ranks: job.Ranks, moves_grains: bool, available: float
         f"to the end     {e.steps} steps, {duration(e.seconds)}"
         f" = {e.seconds * ranks.fluid / 3600:.3g} core-hours",
     ]
+    if e.falling_reynolds is not None and e.cells_per_layer is not None:
+        lines.append(
+            f"boundary layer {e.cells_per_layer:.2g} cells (D/sqrt(Re) of a grain that falls freely, Re "
+            f"{e.falling_reynolds:.3g}){layer_verdict(e.cells_per_layer)}"
+        )
     if e.trial_cells != e.cells:
         lines.append("scaled from    " + " x ".join(map(str, e.trial_cells)) + " cells")
     if total > available:

@@ -1,12 +1,13 @@
 """A few steps of a scene in a folder that is thrown away: time per step by part, and peak memory."""
 
 import math
+import re
 import subprocess
 import tempfile
 import time
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ class Trial:
     ranks; proportional_bytes: of all ranks at one time, pages that several processes have divided among
     them; cfl_step: length of the step that time.cfl allows the last flow on the trial's grid;
     checkpoint_seconds: of the one at its end; start_seconds: of all that is no part of timing.csv, from
-    the call of mpirun to its return; wall_seconds: of everything.
+    the call of mpirun to its return; wall_seconds: of everything; derived: the numbers that settings.toml works out.
     """
 
     settings: dict
@@ -42,6 +43,7 @@ class Trial:
     start_seconds: float = 0.0
     wall_seconds: float = 0.0
     proportional_bytes: int = 0
+    derived: dict[str, float] = field(default_factory=dict)
 
     @property
     def cells(self) -> tuple[int, int, int]:
@@ -77,7 +79,8 @@ def run_trial(
             raise UserError(
                 f"a trial of {work.scene.name} ended with status {running.returncode}: {said}"
             )
-        settings = tomllib.loads((out / "settings.toml").read_text(encoding="utf-8"))
+        text = (out / "settings.toml").read_text(encoding="utf-8")
+        settings = tomllib.loads(text)
         seconds = {row["part"]: float(row["seconds_mean_over_ranks"]) for row in read_rows(out / "timing.csv")}
         last = read_rows(out / "history.csv")[-1]
         answer = read(out)
@@ -88,8 +91,13 @@ def run_trial(
         seconds.get("output", 0.0), memory.bytes_of("bedload-fluid"),
         memory.bytes_of("bedload-dem"), answer, allowed_step(settings, last),
         seconds.get("checkpoints", 0.0), max(0.0, wall - sum(seconds.values())), wall,
-        memory.proportional_bytes,
+        memory.proportional_bytes, derived_numbers(text),
     )  # fmt: skip
+
+
+def derived_numbers(text: str) -> dict[str, float]:
+    """Those that stand as comments in a settings.toml, by name: `# derived.cell = 0.1  # h [L]`."""
+    return {name: float(value) for name, value in re.findall(r"^# derived\.(\w+) = (\S+)", text, re.MULTILINE)}
 
 
 def allowed_step(settings: dict, row: dict[str, str]) -> float:

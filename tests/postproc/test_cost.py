@@ -4,9 +4,9 @@ import math
 from dataclasses import replace
 
 import pytest
-from bedload_launcher import cost
+from bedload_launcher import cost, job
 from bedload_launcher.errors import UserError
-from bedload_launcher.trial import Trial, allowed_step
+from bedload_launcher.trial import Trial, allowed_step, derived_numbers
 
 
 def trial(cells, parts, fluid_bytes=0, output=0.0):
@@ -121,3 +121,22 @@ def test_durations_and_memory_read_well():
     assert cost.duration(3 * 86400) == "3.0 days"
     assert cost.memory(2.5e9) == "2.50 GB"
     assert cost.memory(81e6) == "81 MB"
+
+
+def test_cells_in_the_boundary_layer_go_with_the_grid():
+    """Read from the trial's settings.toml, scaled to the scene's own cells, said with what they are good for; a
+    scene without falling spheres says nothing of it."""
+    numbers = {"cell": 0.2, "falling_reynolds": 400.0, "cells_per_layer": 0.3}
+    text = "".join(f"# derived.{name} = {value:g}  # what it is\n" for name, value in numbers.items())
+    derived = derived_numbers(text + "[grid]\ncells = [4, 4, 4]\n")
+    assert derived == numbers
+    coarse = replace(trial((40, 40, 40), {"pressure": 1e-3}), derived=derived)
+    ranks = job.Ranks.parse("1:1")
+    for cells, words in ((40, "0.3 cells"), (80, "0.6 cells"), (160, "1.2 cells")):
+        e = cost.from_trials((cells,) * 3, [coarse])
+        assert e.cells_per_layer == pytest.approx(0.3 * cells / 40) and e.falling_reynolds == 400.0
+        said = cost.describe(e, ranks, True, 1e12)
+        assert f"boundary layer {words}" in said and "Re 400" in said
+        assert ("fewer than were ever tried" in said, "oblique" in said) == (cells == 40, cells == 80)
+    still = cost.from_trials((80, 80, 80), [trial((40, 40, 40), {"pressure": 1e-3})])
+    assert "boundary layer" not in cost.describe(still, ranks, True, 1e12)
