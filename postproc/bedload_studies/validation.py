@@ -14,7 +14,10 @@ from bedload_launcher.job import Ranks
 from . import validation_erosion, validation_moving, validation_sliding, validation_spin, validation_steady
 from .validation_runs import Result, Runner
 
-CASES = validation_steady.CASES | validation_sliding.CASES | validation_spin.CASES | validation_moving.CASES | validation_erosion.CASES
+CASES = (
+    validation_steady.CASES | validation_sliding.CASES | validation_spin.CASES | validation_moving.CASES
+    | validation_erosion.CASES
+)  # fmt: skip
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -18,8 +18,8 @@ def spin(runner: Runner) -> Result:
     result = Result("A sphere spun up, or released with a spin, in fluid at rest",
                     axes=("nu t / R^2", "spin over that at the start"))  # fmt: skip
     result.remarks.append(
-        "Exact: unsteady Stokes flow. The box is 3 D wide, so that later its images count. Errors of the spin are those of "
-        "the spin at the start."
+        "Exact: unsteady Stokes flow. The box is 3 D wide, so that later its images count. Errors of the spin are "
+        "those of the spin at the start."
     )
     instants = TIMES * RADIUS**2
     for n in (8, 12, 16):
