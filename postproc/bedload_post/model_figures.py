@@ -33,7 +33,7 @@ MODELS = {
     "actm_hw": ("actm + HW", "#1b7837", 0.093),
 }
 SLIP_LENGTHS = np.concatenate([[0.0], np.geomspace(0.02, 2.0, 16)])  # of creeping phases, in D
-PNG = {"dpi": 110}
+DPI, DPI_OF_TALL, TALL = 110, 80, 6.0  # a figure of several rows [inch] stays a small file
 SPIN_BINS, VELOCITY_BINS = 5, 3  # over which PDFs are smoothed
 
 
@@ -66,7 +66,7 @@ class Case:
 
 
 def _save(figure, file: Path) -> None:
-    figure.savefig(file, **PNG)
+    figure.savefig(file, dpi=DPI if figure.get_figheight() < TALL else DPI_OF_TALL)
     plt.close(figure)
 
 

@@ -234,8 +234,9 @@ TEST(TimeScheme, SecondOrderWithImplicitDiffusion) {
 
 /// The same fields for any number of ranks in every split along y and z, ghosts included,
 /// pointwise, after some steps. A point missed, doubled or taken from the wrong neighbour shows as
-/// 1e-3 and more. Round-off hangs on the transforms that FFTW finds fastest on a machine: 109 epsilon
-/// were seen for the start between walls on a stretched grid, so the bounds leave a decade to that.
+/// 1e-3 and more. Round-off hangs on the transforms that FFTW finds fastest on a machine: 109
+/// epsilon were seen for the start between walls on a stretched grid, so the bounds leave a decade
+/// to that.
 TYPED_TEST(Conservation, FieldsDoNotDependOnTheRanks) {
   for (const Variant& variant : variants_to_divide()) {
     SCOPED_TRACE(name_of(variant));

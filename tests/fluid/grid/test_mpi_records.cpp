@@ -1,9 +1,9 @@
-#include "fluid/grid/mpi_records.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
+
+#include "fluid/grid/mpi_records.hpp"
 
 namespace bedload {
 namespace {
