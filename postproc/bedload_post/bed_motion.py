@@ -14,6 +14,7 @@ from .outputs import Run
 
 MOVING = 0.01  # of u_b
 MOST = 400  # instants that are drawn
+NO_GRAIN = "#9ecae1"  # where no grain is
 FEWEST = 40  # grains, for a map to say more than their paths
 
 
@@ -65,9 +66,9 @@ def compare(named: Sequence[tuple[str, Run]], file: Path) -> bool:
         image = axis.imshow(
             share, origin="lower", aspect="auto", extent=reach, cmap="inferno", vmin=0, vmax=1, interpolation="nearest"
         )
-        axis.set(title=name, xlabel="x / D")
+        axis.set(title=name, xlabel="x / D", facecolor=NO_GRAIN)
     axes[0, 0].set_ylabel("t u_b / D")
-    figure.colorbar(image, ax=axes[0, -1], label="share of grains in motion")
+    figure.colorbar(image, ax=axes[0, -1], label="share of grains in motion (blue: no grain)")
     figure.savefig(file, dpi=90)
     plt.close(figure)
     return True
@@ -97,12 +98,12 @@ def draw(run: Run, file: Path) -> bool:
     reach = (0.0, run.box[0] / run.diameter, time[0] / unit, time[-1] / unit)
     figure, axes = plt.subplots(1, 2, figsize=(9.0, 5.0), layout="constrained", sharey=True)
     for axis, values, name, colours in (
-        (axes[0], share, "share of grains in motion", "inferno"),
+        (axes[0], share, "share of grains in motion (blue: no grain)", "inferno"),
         (axes[1], top / run.diameter, "bed's surface, y / D", "viridis"),
     ):
         image = axis.imshow(values, origin="lower", aspect="auto", extent=reach, cmap=colours, interpolation="nearest")
         figure.colorbar(image, ax=axis, location="top", label=name)
-        axis.set_xlabel("x / D")
+        axis.set(xlabel="x / D", facecolor=NO_GRAIN)
     axes[0].set_ylabel("t u_b / D")
     figure.savefig(file, dpi=110)
     plt.close(figure)

@@ -305,9 +305,10 @@ def circumstances(
         core = f"{more}{sum(h * r.fluid for h, r in zip(spent, each, strict=True)):.2f}"
     except MissingOutput:
         clock = core = "not known"
-    return {
-        "command": "./bedload study models " + shlex.join(sys.argv[sys.argv.index("models") + 1 :])
-        if "models" in sys.argv else "not known",
+    # Other studies of these runs say their command themselves.
+    words = sys.argv[sys.argv.index("models") + 1 :] if "models" in sys.argv else None
+    command = {"command": "./bedload study models " + shlex.join(words)} if words is not None else {}
+    return command | {
         "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),
         "commit": made or "unknown",
         "processor": f"{platform.machine()}, {cores()} cores",

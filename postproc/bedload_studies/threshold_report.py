@@ -48,12 +48,21 @@ class Experiment:
         return motion.shields_threshold(self.diameter, self.friction_velocity, self.viscosity)
 
 
-def verdict(found: Threshold, shields: Sequence[float], expected: float) -> str:
-    """What a threshold says beside the one expected."""
+def verdict(found: Threshold, points: Sequence[Point], expected: float) -> str:
+    """What the threshold by the share in motion says beside the one expected; ascending Shields numbers."""
     if math.isnan(found.value):
+        first, last = points[0], points[-1]
+        if first.moving.mean - first.moving.half_width > motion.IN_MOTION:
+            beside = f": begins to move earlier than Shields' curve, {expected:.4f}"
+            return (
+                f"its threshold lies below the lowest Shields number computed, {first.shields:g}, where "
+                f"{first.moving.mean:.0%} move" + (beside if first.shields <= expected else "")
+            )
+        if last.moving.mean + last.moving.half_width < motion.IN_MOTION:
+            return f"its threshold lies above the highest Shields number computed, {last.shields:g}"
         return (
-            f"its threshold lies outside the Shields numbers computed, {min(shields):g} to "
-            f"{max(shields):g}: nothing is said of it"
+            f"its threshold is not found among the Shields numbers computed, {first.shields:g} to "
+            f"{last.shields:g}: nothing is said of it"
         )
     if found.holds(expected):
         return f"{found}: agrees with Shields' curve, {expected:.4f}, within its interval"
@@ -131,7 +140,7 @@ def as_text(found: Experiment, motion_drawn: bool = False) -> str:
     ]
     for model in found.models:
         points = found.of(model)
-        said = verdict(motion.threshold_of_share(points), [p.shields for p in points], expected)
+        said = verdict(motion.threshold_of_share(points), points, expected)
         lines.append(f"- {model}: {said}.")
     if motion_drawn:
         lines += ["", "Where and when grains move, at the Shields number nearest to Shields' curve:", "",

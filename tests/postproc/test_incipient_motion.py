@@ -106,7 +106,11 @@ def test_the_report_says_what_its_numbers_say(tmp_path):
     fitting = threshold_report.as_text(experiment((0.0, 0.09, 0.2, 0.9)))
     assert "0.0327 (0.0300 to 0.0355): agrees with Shields' curve, 0.0318, within" in fitting
     never = threshold_report.as_text(experiment((0.0, 0.01, 0.02, 0.05)))
-    assert "lies outside the Shields numbers computed, 0.01 to 0.1" in never and "not found" in never
+    assert "lies above the highest Shields number computed, 0.1." in never and "not found" in never
+    always = threshold_report.as_text(experiment((0.3, 0.4, 0.6, 0.9)))
+    assert "lies below the lowest Shields number computed, 0.01, where 30% move: begins to move earlier" in always
+    unclear = threshold_report.as_text(experiment((0.105, 0.11, 0.12, 0.13)))
+    assert "is not found among the Shields numbers computed" in unclear
     threshold_report.write(experiment((0.05, 0.4, 0.6, 0.9)), tmp_path)
     assert (tmp_path / "threshold.png").stat().st_size > 10000
     assert "begins to move earlier" in (tmp_path / "README.md").read_text(encoding="utf-8")
@@ -115,6 +119,6 @@ def test_the_report_says_what_its_numbers_say(tmp_path):
 def test_a_verdict_follows_the_interval():
     verdict = threshold_report.verdict
     agrees = incipient_motion.Threshold(0.03, 0.02, 0.04)
-    assert "agrees" in verdict(agrees, [0.01, 0.1], 0.035)
-    assert "later" in verdict(incipient_motion.Threshold(0.07, 0.06, 0.08), [0.01, 0.1], 0.035)
-    assert "factor 2.00" in verdict(incipient_motion.Threshold(0.07, 0.06, 0.08), [0.01, 0.1], 0.035)
+    assert "agrees" in verdict(agrees, [], 0.035)
+    assert "later" in verdict(incipient_motion.Threshold(0.07, 0.06, 0.08), [], 0.035)
+    assert "factor 2.00" in verdict(incipient_motion.Threshold(0.07, 0.06, 0.08), [], 0.035)
