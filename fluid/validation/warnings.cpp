@@ -72,8 +72,12 @@ std::optional<std::string> thin_layer(const Settings& s, std::span<const SphereS
   const auto& g = s.fluid.gravity;
   const double gravity = std::hypot(g[0], g[1], g[2]), h = s.grid.length[0] / s.grid.cells[0];
   double least = std::numeric_limits<double>::infinity(), fastest = 0.0;
+  const SphereState* before = nullptr;  // grains of one kind come one after the other
   for (const SphereState& sphere : spheres) {
     if (!sphere.mobile || sphere.density == 0.0) continue;
+    if (before != nullptr && sphere.radius == before->radius && sphere.density == before->density)
+      continue;
+    before = &sphere;
     const double diameter = 2.0 * sphere.radius;
     const double re = falling_reynolds(sphere.density / s.fluid.density, gravity, diameter,
                                        s.fluid.kinematic_viscosity);

@@ -6,7 +6,7 @@
 
 #include "fluid/channel/predictor.hpp"
 #include "fluid/grid/field_list.hpp"
-#include "tests/fluid/flow_case.hpp"
+#include "tests/fluid/channel/tiles_case.hpp"
 
 namespace bedload {
 namespace {
@@ -63,27 +63,10 @@ std::vector<Real> predicted(const Grid& grid, const Decomposition& decomposition
 }
 
 /// Planes that are predicted at a time, tile by tile, are those that are predicted one after the
-/// other, to the last digit.
-template <class Real>
-void expect_equal_tiles(const Ends& ends, int z_parts) {
-  Settings s = box({18, 24, 22}, 0.1, 1e-3, 0.01);
-  set_ends(s, ends);
-  const Grid grid = make_grid(s);
-  const Decomposition decomposition(grid, MPI_COMM_WORLD, even_cuts(grid, world_size(), z_parts));
-  const std::vector<Real> one_by_one =
-      predicted<Real>(grid, decomposition, {1, decomposition.rows()});
-  for (const Tiles tiles : {Tiles{2, 1}, Tiles{3, 2}, Tiles{8, 5}, Tiles{30, 2}, Tiles{4, 22}})
-    EXPECT_EQ(predicted<Real>(grid, decomposition, tiles), one_by_one)
-        << tiles.planes << " planes, " << tiles.rows << " rows";
-}
-
+/// other.
 TEST(Predictor, TilesAgree) {
-  for (const Ends& ends : {Ends{periodic, open_channel, periodic}, Ends{no_slip, no_slip, no_slip},
-                           Ends{periodic, periodic, periodic}})
-    for (const int z_parts : splits(world_size())) {
-      expect_equal_tiles<double>(ends, z_parts);
-      expect_equal_tiles<float>(ends, z_parts);
-    }
+  expect_equal_tiles([](const auto&... how) { return predicted<double>(how...); });
+  expect_equal_tiles([](const auto&... how) { return predicted<float>(how...); });
 }
 
 TEST(Predictor, LargePlanesAreCutIntoTiles) {
