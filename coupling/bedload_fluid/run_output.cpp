@@ -132,9 +132,7 @@ void RunOutput<Real>::warn_of_new_spheres() {
 
 template <class Real>
 void RunOutput<Real>::flush() {
-  on_first_rank(simulation_.channel().comm(), [&] {
-    if (spheres_) spheres_->flush();
-  });
+  if (spheres_) spheres_->flush();
 }
 
 template <class Real>
@@ -208,9 +206,9 @@ void RunOutput<Real>::finish(const std::string& time_line, const std::string& st
       flow = statistics_->result();
       on_first_rank(comm, [&] { write_statistics(folder_, flow); });
     }
+    flush();
     on_first_rank(comm, [&] {
       commit_link(state, folder_ + "/state.h5");
-      if (spheres_) spheres_->flush();
       write_text_file(folder_ + "/timeline.csv", time_line);
     });
   });
@@ -271,8 +269,8 @@ template <class Real>
 void RunOutput<Real>::write_spheres() {
   if (!spheres_) return;
   const Channel<Real>& channel = simulation_.channel();
-  spheres_->sample(channel.step(), channel.time(), simulation_.gather_mobile(),
-                   simulation_.gather_mean_loads());
+  spheres_->sample(channel.step(), channel.time(), simulation_.mobile_here(),
+                   simulation_.mean_loads());
 }
 
 template <class Real>

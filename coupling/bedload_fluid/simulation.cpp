@@ -193,10 +193,7 @@ void Simulation<Real>::add_to_mean(int stage) {
 // A sphere that waits for the last stage stays on its rank, so that all its stages are here.
 template <class Real>
 std::vector<SphereLoad> Simulation<Real>::loads_to_send() const {
-  if (partner_->dem_steps().exchange_in(0)) return loads_;
-  std::vector<SphereLoad> means;
-  for (const auto& [tag, load] : mean_loads_) means.push_back(load);
-  return means;
+  return partner_->dem_steps().exchange_in(0) ? loads_ : mean_loads();
 }
 
 template <class Real>
@@ -206,28 +203,24 @@ void Simulation<Real>::take_note() {
 }
 
 template <class Real>
-std::vector<SphereState> Simulation<Real>::gather_mobile() const {
+std::vector<SphereState> Simulation<Real>::mobile_here() const {
   const BlockMap blocks = block_map(channel_.grid(), channel_.decomposition());
   std::vector<SphereState> here;
   for (const SphereState& s : spheres_)
     if (s.mobile && blocks.home(s.position) == channel_.decomposition().rank()) here.push_back(s);
-  return gather_on_first<SphereState>(channel_.comm(), here);
+  return here;
 }
 
 template <class Real>
-std::vector<SphereLoad> Simulation<Real>::gather_mean_loads() const {
-  std::vector<SphereLoad> mine, all;
-  for (const auto& [tag, load] : mean_loads_) mine.push_back(load);
-  // A sphere that changed rank in mid-step has its stages in two places.
-  for (const SphereLoad& load : gather_on_first<SphereLoad>(channel_.comm(), mine)) {
-    if (all.empty() || all.back().tag != load.tag) {
-      all.push_back(load);
-      continue;
-    }
-    all.back().force += load.force;
-    all.back().torque += load.torque;
-  }
-  return all;
+std::vector<SphereState> Simulation<Real>::gather_mobile() const {
+  return gather_on_first<SphereState>(channel_.comm(), mobile_here());
+}
+
+template <class Real>
+std::vector<SphereLoad> Simulation<Real>::mean_loads() const {
+  std::vector<SphereLoad> loads;
+  for (const auto& [tag, load] : mean_loads_) loads.push_back(load);
+  return loads;
 }
 
 // F = -J / dt - rho V g, J being what the markers gave to the fluid in the step

@@ -50,10 +50,13 @@ class Simulation {
 
   /// All fixed spheres, and the mobile ones near this rank's block (at the start: all).
   const std::vector<SphereState>& spheres() const { return spheres_; }
-  /// All mobile spheres, and force and torque on them, mean over the last step; ascending tags. On
-  /// the first rank; none on the others. Collective.
+  /// The mobile spheres whose centre lies in this rank's block (at the start: of all).
+  std::vector<SphereState> mobile_here() const;
+  /// This rank's part of force and torque on mobile spheres, mean over the last step: a sphere that
+  /// changed rank in mid-step has its stages in two places, which are to be added up.
+  std::vector<SphereLoad> mean_loads() const;
+  /// All mobile spheres, ascending tags; on the first rank, none on the others. Collective.
   std::vector<SphereState> gather_mobile() const;
-  std::vector<SphereLoad> gather_mean_loads() const;
   /// Force of the fluid on each fixed sphere, mean over the last step, buoyancy included; ascending
   /// tags. Without what the fluid inside gains in momentum, whose mean over time is nothing.
   /// Collective.

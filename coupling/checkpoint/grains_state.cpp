@@ -28,6 +28,7 @@
 #include "fluid/files/collectively.hpp"
 #include "fluid/files/file_header.hpp"
 #include "fluid/files/hdf5_file.hpp"
+#include "fluid/grid/send_to_ranks.hpp"
 #include "fluid/immersed_boundary/gather.hpp"
 #include "fluid/settings/errors.hpp"
 #include "force.h"

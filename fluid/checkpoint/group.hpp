@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "fluid/files/hdf5_file.hpp"
-#include "fluid/grid/mpi_records.hpp"
 
 namespace bedload {
 
@@ -106,25 +105,5 @@ class LoadGroup {
 
 /// The rank's even share of `rows`.
 Part even_share(std::uint64_t rows, MPI_Comm comm);
-
-/// Sends the records of to[rank] to each rank, and returns what came, by ascending rank of the
-/// sender. Collective.
-template <class Record>
-std::vector<Record> send_to_ranks(MPI_Comm comm, const std::vector<std::vector<Record>>& to) {
-  const std::size_t ranks = to.size();
-  std::vector<int> leaving(ranks), coming(ranks), leaving_at(ranks), coming_at;
-  std::vector<Record> packed;
-  for (std::size_t r = 0; r < ranks; ++r) {
-    leaving[r] = mpi_count(to[r].size(), "records to send");
-    leaving_at[r] = mpi_count(packed.size(), "records to send");
-    packed.insert(packed.end(), to[r].begin(), to[r].end());
-  }
-  MPI_Alltoall(leaving.data(), 1, MPI_INT, coming.data(), 1, MPI_INT, comm);
-  std::vector<Record> come(places_of(coming, coming_at));
-  const RecordType<Record> record;
-  MPI_Alltoallv(packed.data(), leaving.data(), leaving_at.data(), record.type, come.data(),
-                coming.data(), coming_at.data(), record.type, comm);
-  return come;
-}
 
 }  // namespace bedload

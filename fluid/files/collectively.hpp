@@ -43,4 +43,17 @@ void on_first_rank(MPI_Comm comm, Work&& work) {
   });
 }
 
+/// Whether all ranks of `comm` come here within `seconds` of this one: whoever ends by a mistake
+/// asks this before it does anything that the others have to take part in. Where they do not, a
+/// message stays under way in `comm`, which then is of no more use.
+inline bool all_arrive(MPI_Comm comm, double seconds) {
+  const double end = MPI_Wtime() + seconds;
+  MPI_Request request;
+  MPI_Ibarrier(comm, &request);
+  int have_arrived = 0;
+  while (have_arrived == 0 && MPI_Wtime() < end)
+    MPI_Test(&request, &have_arrived, MPI_STATUS_IGNORE);
+  return have_arrived != 0;
+}
+
 }  // namespace bedload

@@ -322,6 +322,9 @@ void Hdf5File::make_growing(const std::string& dataset, NumberType type, std::ui
         chunk{rows_per_chunk, width};
     const Handle layout(checked(H5Pcreate(H5P_DATASET_CREATE), place, written), H5Pclose);
     checked(H5Pset_chunk(layout, rank, chunk.data()), place, written);
+    // Ranks that write together, perhaps a file that one of them has made, find every chunk there.
+    checked(H5Pset_alloc_time(layout, H5D_ALLOC_TIME_EARLY), place, written);
+    checked(H5Pset_fill_time(layout, H5D_FILL_TIME_NEVER), place, written);
     const Handle space(checked(H5Screate_simple(rank, empty.data(), limit.data()), place, written),
                        H5Sclose);
     const Handle data(checked(H5Dcreate2(file_, dataset.c_str(), native(type), space, H5P_DEFAULT,
@@ -333,28 +336,30 @@ void Hdf5File::make_growing(const std::string& dataset, NumberType type, std::ui
 
 void Hdf5File::append_rows(const std::string& dataset, NumberType type, const void* values,
                            std::uint64_t numbers) {
-  if (numbers == 0) return;
+  std::uint64_t before = 0, all = numbers;
+  if (parallel_) {
+    int rank = 0;
+    MPI_Comm_rank(comm_, &rank);
+    MPI_Exscan(&numbers, &before, 1, MPI_UINT64_T, MPI_SUM, comm_);
+    if (rank == 0) before = 0;  // MPI leaves it open there
+    MPI_Allreduce(&numbers, &all, 1, MPI_UINT64_T, MPI_SUM, comm_);
+  }
+  if (all == 0) return;
+  Hyperslab block;
   const std::string place = path_ + ":" + dataset;
   collective([&] {
-    std::vector<std::uint64_t> extent = shape(dataset);
-    const std::uint64_t width = extent.size() == 2 ? extent[1] : 1;
-    std::vector<hsize_t> start(extent.size(), 0), count(extent.begin(), extent.end());
-    start[0] = extent[0];
-    count[0] = numbers / width;
-    extent[0] += count[0];
+    block.shape = shape(dataset);
+    const std::uint64_t width = block.shape.size() == 2 ? block.shape[1] : 1;
+    block.start.assign(block.shape.size(), 0);
+    block.count = block.shape;
+    block.start[0] = block.shape[0] + before / width;
+    block.count[0] = numbers / width;
+    block.shape[0] += all / width;
     const Handle data(checked(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), place, written),
                       H5Dclose);
-    checked(H5Dset_extent(data, sizes(extent).data()), place, written);
-    const Handle whole(checked(H5Dget_space(data), place, written), H5Sclose);
-    const Handle part(
-        checked(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), place,
-                written),
-        H5Sclose);
-    checked(
-        H5Sselect_hyperslab(whole, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr),
-        place, written);
-    checked(H5Dwrite(data, native(type), part, whole, H5P_DEFAULT, values), place, written);
+    checked(H5Dset_extent(data, sizes(block.shape).data()), place, written);
   });
+  write_block(dataset, block, type, values);
 }
 
 void Hdf5File::shorten(const std::string& dataset, std::uint64_t rows) {

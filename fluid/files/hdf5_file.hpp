@@ -117,7 +117,7 @@ class Hdf5File {
   void make_table(const std::string& dataset, std::uint64_t width, std::uint64_t rows_per_chunk) {
     make_growing(dataset, number_type<T>, width, rows_per_chunk);
   }
-  /// Adds rows behind the last. One rank only.
+  /// Adds rows behind the last, each rank's behind those of the ranks before it. Collective.
   template <class T>
   void append(const std::string& dataset, std::span<const T> rows) {
     append_rows(dataset, number_type<T>, rows.data(), rows.size());

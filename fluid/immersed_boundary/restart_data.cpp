@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "fluid/files/collectively.hpp"
+#include "fluid/grid/send_to_ranks.hpp"
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
 
 // What a checkpoint keeps of the mobile spheres: momentum inside them and what is deferred.

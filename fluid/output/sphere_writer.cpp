@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <unordered_map>
+#include <utility>
 
 #include "fluid/files/atomic_file.hpp"
 #include "fluid/files/collectively.hpp"
@@ -16,7 +18,8 @@ namespace {
 
 constexpr std::uint64_t rows_per_chunk = 1024;
 constexpr std::uint64_t metadata_room = 1 << 20;
-constexpr std::size_t largest_batch = 100000;  // rows: about 15 MB
+constexpr std::size_t largest_batch = 100000;  // rows of a rank: about 17 MB
+constexpr double patience = 1.0;               // for ranks that end by a mistake [s]
 constexpr std::size_t xdmf_samples = 1000;     // ParaView's time slider; spheres.h5 holds all
 
 /// The samples of forces on fixed spheres, a row each.
@@ -54,7 +57,7 @@ std::string attribute(const char* name, int width, const std::string& item) {
 }  // namespace
 
 template <class Visitor>
-void SphereWriter::columns(Rows& rows, Visitor&& visit) {
+void SphereWriter::columns(Columns& rows, Visitor&& visit) {
   visit("step", 0, rows.step);
   visit("time", 0, rows.time);
   visit("tag", 0, rows.tag);
@@ -68,27 +71,33 @@ void SphereWriter::columns(Rows& rows, Visitor&& visit) {
 
 SphereWriter::SphereWriter(const std::string& folder, MPI_Comm comm,
                            std::span<const SphereState> spheres, std::int64_t resume_after,
-                           double seconds_between_batches)
+                           double seconds_between_batches, std::uint64_t few)
     : folder_(folder),
       path_(folder + "/spheres.h5"),
       interval_(seconds_between_batches),
-      last_flush_(MPI_Wtime()) {
+      last_flush_(MPI_Wtime()),
+      few_(few) {
+  MPI_Comm_dup(comm, &comm_);
   int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  writes_ = rank == 0;
-  on_first_rank(comm, [&] {
+  MPI_Comm_rank(comm_, &rank);
+  is_first_ = rank == 0;
+  on_first_rank(comm_, [&] {
     if (resume_after < 0 || !resume_or_set_aside(path_, [&] { resume_file(resume_after); }))
       create_file(spheres);
     write_xdmf();
   });
 }
 
+// When a run ends by a mistake that all ranks have met, what they have gathered is written; one
+// that has met it alone does not wait for the others.
 SphereWriter::~SphereWriter() {
+  if (!all_arrive(comm_, patience)) return;
   try {
     flush();
   } catch (const UserError& error) {
-    fmt::print(stderr, "{}\n", error.what());
+    if (is_first_) fmt::print(stderr, "{}\n", error.what());
   }
+  MPI_Comm_free(&comm_);
 }
 
 void SphereWriter::create_file(std::span<const SphereState> spheres) {
@@ -113,7 +122,8 @@ void SphereWriter::create_file(std::span<const SphereState> spheres) {
     file.make_table<double>("fixed/force", 3 * n, 1);
   }
   file.make_group("mobile");
-  columns(rows_, [&]<class T>(const char* name, std::uint64_t width, std::vector<T>&) {
+  Columns none;
+  columns(none, [&]<class T>(const char* name, std::uint64_t width, std::vector<T>&) {
     file.make_table<T>(fmt::format("mobile/{}", name), width, rows_per_chunk);
   });
   file.close();
@@ -127,22 +137,33 @@ void SphereWriter::resume_file(std::int64_t step) {
   Hdf5File file(temporary_name(path_), Hdf5File::Access::append, MPI_COMM_SELF);
   fixed_ = file.shape("fixed/tag")[0];
   resume_forces(file, step);
-  const std::uint64_t stored = file.shape("mobile/step")[0];
-  std::vector<std::int64_t> steps(stored);
-  std::vector<double> times(stored);
-  file.read("mobile/step", {{stored}, {0}, {stored}}, steps.data());
-  file.read("mobile/time", {{stored}, {0}, {stored}}, times.data());
-  total_rows_ = static_cast<std::uint64_t>(std::upper_bound(steps.begin(), steps.end(), step) -
-                                           steps.begin());
-  columns(rows_, [&]<class T>(const char* name, std::uint64_t, std::vector<T>&) {
+  read_samples(file, step);
+  Columns none;
+  columns(none, [&]<class T>(const char* name, std::uint64_t, std::vector<T>&) {
     file.shorten(fmt::format("mobile/{}", name), total_rows_);
   });
-  for (std::uint64_t row = 0; row < total_rows_; ++row) {
-    if (row == 0 || steps[row] != steps[row - 1]) samples_.push_back({times[row], row, 0});
-    ++samples_.back().rows;
-  }
   file.close();
   mark_whole(path_);
+}
+
+/// The samples up to `step`, a block of the table after the other.
+void SphereWriter::read_samples(const Hdf5File& file, std::int64_t step) {
+  const std::uint64_t stored = file.shape("mobile/step")[0];
+  std::int64_t before = -1;
+  for (std::uint64_t first = 0; first < stored; first += few_rows) {
+    const std::uint64_t count = std::min(few_rows, stored - first);
+    std::vector<std::int64_t> steps(count);
+    std::vector<double> times(count);
+    file.read("mobile/step", {{stored}, {first}, {count}}, steps.data());
+    file.read("mobile/time", {{stored}, {first}, {count}}, times.data());
+    for (std::uint64_t n = 0; n < count; ++n) {
+      if (steps[n] > step) return;
+      if (steps[n] != before) samples_.push_back({times[n], total_rows_, 0});
+      before = steps[n];
+      ++samples_.back().rows;
+      ++total_rows_;
+    }
+  }
 }
 
 void SphereWriter::resume_forces(Hdf5File& file, std::int64_t step) const {
@@ -157,7 +178,7 @@ void SphereWriter::resume_forces(Hdf5File& file, std::int64_t step) const {
 
 void SphereWriter::sample_fixed(std::int64_t step, double time, std::span<const SphereLoad> forces,
                                 bool replace) {
-  if (!writes_ || fixed_ == 0) return;
+  if (!is_first_ || fixed_ == 0) return;
   std::vector<double> row;
   for (const SphereLoad& force : forces) push(row, force.force);
   require_space(path_, metadata_room + row.size() * sizeof(double));
@@ -174,44 +195,91 @@ void SphereWriter::sample_fixed(std::int64_t step, double time, std::span<const 
 
 void SphereWriter::sample(std::int64_t step, double time, std::span<const SphereState> spheres,
                           std::span<const SphereLoad> loads) {
-  if (!writes_) return;
-  std::unordered_map<std::int64_t, const SphereLoad*> load_of;
-  for (const SphereLoad& load : loads) load_of[load.tag] = &load;
-  const std::uint64_t first = total_rows_ + rows_.step.size();
+  const auto sample = static_cast<std::int64_t>(instants_.size());
+  instants_.push_back({step, time});
+  std::unordered_map<std::int64_t, SphereLoad> load_of;
+  for (const SphereLoad& load : loads) {
+    SphereLoad& sum = load_of[load.tag];
+    sum.force += load.force;
+    sum.torque += load.torque;
+  }
   for (const SphereState& sphere : spheres) {
     if (!sphere.mobile) continue;
-    const auto found = load_of.find(sphere.tag);
-    const SphereLoad load = found == load_of.end() ? SphereLoad{} : *found->second;
-    rows_.step.push_back(step);
-    rows_.time.push_back(time);
-    rows_.tag.push_back(sphere.tag);
-    push(rows_.position, sphere.position);
-    push(rows_.velocity, sphere.velocity);
-    push(rows_.angular_velocity, sphere.angular_velocity);
-    push(rows_.force, load.force);
-    push(rows_.torque, load.torque);
-    rows_.radius.push_back(sphere.radius);
+    const auto found = load_of.extract(sphere.tag);
+    const SphereLoad load = found ? found.mapped() : SphereLoad{};
+    rows_.push_back({.sample = sample,
+                     .tag = sphere.tag,
+                     .position = sphere.position,
+                     .velocity = sphere.velocity,
+                     .angular_velocity = sphere.angular_velocity,
+                     .force = load.force,
+                     .torque = load.torque,
+                     .radius = sphere.radius});
   }
-  const std::uint64_t rows = total_rows_ + rows_.step.size() - first;
-  if (rows > 0) samples_.push_back({time, first, rows});
-  if (MPI_Wtime() - last_flush_ >= interval_ || rows_.step.size() >= largest_batch) flush();
+  for (const auto& [tag, load] : load_of)  // of spheres that other ranks have
+    rows_.push_back({.sample = sample, .tag = tag, .force = load.force, .torque = load.torque});
+  int is_due = MPI_Wtime() - last_flush_ >= interval_ || rows_.size() >= largest_batch ? 1 : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &is_due, 1, MPI_INT, MPI_MAX, comm_);
+  if (is_due != 0) flush();
 }
 
 void SphereWriter::flush() {
   last_flush_ = MPI_Wtime();
-  if (!writes_ || rows_.step.empty()) return;
-  const std::uint64_t rows = rows_.step.size();
-  require_space(path_, metadata_room + rows * (sizeof(rows) * 19));
-  mark_unfinished(path_);
-  Hdf5File file(temporary_name(path_), Hdf5File::Access::append, MPI_COMM_SELF);
-  columns(rows_, [&]<class T>(const char* name, std::uint64_t, std::vector<T>& column) {
+  // Both are empty from here on: what could not be written is not tried again.
+  const std::vector<Instant> instants = std::exchange(instants_, {});
+  const std::vector<SphereRow> gathered = std::exchange(rows_, {});
+  if (instants.empty()) return;
+  const SphereRows ordered = ordered_by_tag(comm_, gathered, instants.size(), few_);
+  const auto rows =
+      std::accumulate(ordered.of_sample.begin(), ordered.of_sample.end(), std::uint64_t{0});
+  if (rows == 0) return;
+  const bool by_all = rows > few_;
+  const auto write = [&](MPI_Comm writers) { append(columns_of(ordered.mine, instants), writers); };
+  on_first_rank(comm_, [&] {
+    require_space(path_, metadata_room + rows * static_cast<std::uint64_t>(row_bytes));
+    mark_unfinished(path_);
+    if (!by_all) write(MPI_COMM_SELF);
+  });
+  if (by_all) write(comm_);
+  on_first_rank(comm_, [&] {
+    mark_whole(path_);
+    note_samples(instants, ordered.of_sample);
+    write_xdmf();
+  });
+}
+
+SphereWriter::Columns SphereWriter::columns_of(std::span<const SphereRow> rows,
+                                               std::span<const Instant> instants) {
+  Columns table;
+  for (const SphereRow& row : rows) {
+    const Instant& instant = instants[static_cast<std::size_t>(row.sample)];
+    table.step.push_back(instant.step);
+    table.time.push_back(instant.time);
+    table.tag.push_back(row.tag);
+    push(table.position, row.position);
+    push(table.velocity, row.velocity);
+    push(table.angular_velocity, row.angular_velocity);
+    push(table.force, row.force);
+    push(table.torque, row.torque);
+    table.radius.push_back(row.radius);
+  }
+  return table;
+}
+
+void SphereWriter::append(Columns rows, MPI_Comm writers) {
+  Hdf5File file(temporary_name(path_), Hdf5File::Access::append, writers);
+  columns(rows, [&]<class T>(const char* name, std::uint64_t, std::vector<T>& column) {
     file.append<T>(fmt::format("mobile/{}", name), column);
-    column.clear();
   });
   file.close();
-  mark_whole(path_);
-  total_rows_ += rows;
-  write_xdmf();
+}
+
+void SphereWriter::note_samples(std::span<const Instant> instants,
+                                std::span<const std::uint64_t> rows) {
+  for (std::size_t n = 0; n < instants.size(); ++n) {
+    if (rows[n] > 0) samples_.push_back({instants[n].time, total_rows_, rows[n]});
+    total_rows_ += rows[n];
+  }
 }
 
 void SphereWriter::write_xdmf() const {
@@ -228,7 +296,6 @@ void SphereWriter::write_xdmf() const {
   const std::size_t stride = samples_.size() / xdmf_samples + 1;
   for (std::size_t n = 0; n < samples_.size(); n += stride) {
     const Sample& s = samples_[n];
-    if (s.first_row + s.rows > total_rows_) break;
     const auto column = [&](const char* name, int width, const char* type) {
       return selection(fmt::format("mobile/{}", name), s.first_row, s.rows, total_rows_, width,
                        type);

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -5,6 +6,7 @@
 
 #include "fluid/checkpoint/state_file.hpp"
 #include "fluid/files/atomic_file.hpp"
+#include "fluid/files/collectively.hpp"
 #include "fluid/files/hdf5_file.hpp"
 #include "fluid/output/field_writer.hpp"
 #include "fluid/output/history.hpp"
@@ -122,6 +124,13 @@ std::vector<SphereState> spheres_at(double x) {
   return {grain, bed};
 }
 
+/// The grain is on one rank, by turns on each; `load` acts on it.
+void sample_on_one_rank(SphereWriter& writer, std::int64_t step, double x, const SphereLoad& load) {
+  const bool is_here = step % world_size() == world_rank();
+  writer.sample(step, x, is_here ? spheres_at(x) : std::vector<SphereState>{},
+                std::span(&load, is_here ? 1 : 0));
+}
+
 TEST(OutputSpheres, AreOneLongTableThatAContinuedRunCutsBack) {
   const Folder folder;
   const auto write = [&](std::int64_t from, std::int64_t to, std::int64_t resume_after) {
@@ -129,7 +138,7 @@ TEST(OutputSpheres, AreOneLongTableThatAContinuedRunCutsBack) {
     for (std::int64_t step = from; step <= to; ++step) {
       const double x = 0.1 * static_cast<double>(step);
       const SphereLoad load{.tag = 9, .force = {x, 0, -x}, .torque = {0, x, 0}};
-      writer.sample(step, x, spheres_at(x), std::span(&load, 1));
+      sample_on_one_rank(writer, step, x, load);
       if (world_rank() == 0 && step == from) {  // readable while it is being written
         const Hdf5File file(folder / "spheres.h5", Hdf5File::Access::read, MPI_COMM_SELF);
         EXPECT_EQ(all_of<std::int64_t>(file, "mobile/step").back(), from);
@@ -155,6 +164,127 @@ TEST(OutputSpheres, AreOneLongTableThatAContinuedRunCutsBack) {
   EXPECT_NEAR(all_of<double>(file, "mobile/angular_velocity")[13 * 3], -1.4, 1e-12);
   EXPECT_NEAR(all_of<double>(file, "mobile/force")[13 * 3 + 2], -1.4, 1e-12);
   EXPECT_NEAR(all_of<double>(file, "mobile/torque")[13 * 3 + 1], 1.4, 1e-12);
+}
+
+/// Grains that come and go, each on another rank at every step; numbers differ from grain to grain.
+constexpr std::int64_t crowd = 23;
+bool is_there(std::int64_t tag, std::int64_t step) { return (tag + step) % 5 != 0; }
+double number_of(std::int64_t tag, std::int64_t step) {
+  return static_cast<double>(100 * step + tag);
+}
+
+/// This rank's part of them, and of the load on each: three quarters with the grain, the rest on
+/// the next rank, that of grains which are gone included.
+std::pair<std::vector<SphereState>, std::vector<SphereLoad>> part_of_crowd(std::int64_t step) {
+  std::pair<std::vector<SphereState>, std::vector<SphereLoad>> part;
+  for (std::int64_t tag = crowd; tag > 0; --tag) {
+    const double x = number_of(tag, step);
+    const std::int64_t home = (3 * tag + step) % world_size();
+    if (home == world_rank()) {
+      if (is_there(tag, step))
+        part.first.push_back({.tag = tag,
+                              .position = {x, 2 * x, 3 * x},
+                              .velocity = {-x, x, 0.5 * x},
+                              .angular_velocity = {x, 5 * x, -x},
+                              .radius = 0.01 * x});
+      part.second.push_back(
+          {.tag = tag, .force = {0.75 * x, 0, 3 * x}, .torque = {0, 0.75 * x, 0}});
+    }
+    if ((home + 1) % world_size() == world_rank())
+      part.second.push_back({.tag = tag, .force = {0.25 * x, 0, x}, .torque = {0, 0.25 * x, 0}});
+  }
+  return part;
+}
+
+/// Written by the first rank alone, or by all.
+class OutputSpheresOfRanks : public testing::TestWithParam<std::uint64_t> {};
+INSTANTIATE_TEST_SUITE_P(Few, OutputSpheresOfRanks, testing::Values(0, SphereWriter::few_rows));
+
+TEST_P(OutputSpheresOfRanks, StandByTagWhoeverHasThem) {
+  const Folder folder;
+  constexpr std::int64_t steps = 5, batch = 3;
+  {
+    SphereWriter writer(folder.name(), MPI_COMM_WORLD, spheres_at(0), -1, 1e9, GetParam());
+    for (std::int64_t step = 1; step <= steps; ++step) {
+      const auto [spheres, loads] = part_of_crowd(step);
+      writer.sample(step, 0.1 * double(step), spheres, loads);
+      if (step == batch) writer.flush();
+    }
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  const Hdf5File file(folder / "spheres.h5", Hdf5File::Access::read, MPI_COMM_SELF);
+  const auto step_of = all_of<std::int64_t>(file, "mobile/step"),
+             tag_of = all_of<std::int64_t>(file, "mobile/tag");
+  const auto column = [&](const char* name) {
+    return all_of<double>(file, std::string("mobile/") + name);
+  };
+  const auto time = column("time"), radius = column("radius"), position = column("position"),
+             velocity = column("velocity"), spin = column("angular_velocity"),
+             force = column("force"), torque = column("torque");
+  std::size_t row = 0;
+  for (std::int64_t step = 1; step <= steps; ++step)
+    for (std::int64_t tag = 1; tag <= crowd; ++tag) {
+      if (!is_there(tag, step)) continue;
+      ASSERT_LT(row, tag_of.size());
+      const double x = number_of(tag, step);
+      EXPECT_EQ(step_of[row], step);
+      EXPECT_EQ(tag_of[row], tag);
+      EXPECT_EQ(time[row], 0.1 * double(step));
+      EXPECT_EQ(radius[row], 0.01 * x);
+      const auto at = [row](const std::vector<double>& c) { return Vec3(&c[3 * row]); };
+      EXPECT_EQ(at(position), Vec3(x, 2 * x, 3 * x));
+      EXPECT_EQ(at(velocity), Vec3(-x, x, 0.5 * x));
+      EXPECT_EQ(at(spin), Vec3(x, 5 * x, -x));
+      EXPECT_EQ(at(force), Vec3(x, 0, 4 * x));
+      EXPECT_EQ(at(torque), Vec3(0, x, 0));
+      ++row;
+    }
+  EXPECT_EQ(row, tag_of.size());
+  const std::string xdmf = content(folder / "spheres.xdmf");
+  for (std::int64_t step = 1; step <= steps; ++step)
+    EXPECT_THAT(xdmf, HasSubstr(fmt::format("Time Value=\"{}\"", 0.1 * double(step))));
+}
+
+/// All on one rank at first: no rank keeps more than its share; few of them go to the first rank.
+TEST(OutputSpheres, AreSharedEvenlyAmongTheRanksThatWriteThem) {
+  std::vector<SphereRow> rows;
+  if (world_rank() == world_size() - 1)
+    for (std::int64_t tag = 1000; tag > 0; --tag)
+      for (std::int64_t sample : {0, 2})
+        rows.push_back({.sample = sample, .tag = tag, .radius = 1});
+  const SphereRows many = ordered_by_tag(MPI_COMM_WORLD, rows, 3, 1999);
+  EXPECT_THAT(many.of_sample, testing::ElementsAre(1000, 0, 1000));
+  const auto ranks = static_cast<std::size_t>(world_size());
+  EXPECT_GE(many.mine.size(), 2000 / ranks);
+  EXPECT_LE(many.mine.size(), 2000 / ranks + 1);
+  const SphereRows few = ordered_by_tag(MPI_COMM_WORLD, rows, 3, 2000);
+  EXPECT_THAT(few.of_sample, testing::ElementsAre(1000, 0, 1000));
+  EXPECT_EQ(few.mine.size(), world_rank() == 0 ? 2000u : 0u);
+}
+
+TEST(OutputSpheres, AreGatheredOfRanksThatMeetAMistakeTogether) {
+  const Folder folder;
+  const auto run = [&] {
+    SphereWriter writer(folder.name(), MPI_COMM_WORLD, spheres_at(0), -1, 1e9);
+    const auto [spheres, loads] = part_of_crowd(1);
+    writer.sample(1, 0.1, spheres, loads);
+    throw UserError("a mistake");
+  };
+  EXPECT_THROW(run(), UserError);
+  MPI_Barrier(MPI_COMM_WORLD);
+  const Hdf5File file(folder / "spheres.h5", Hdf5File::Access::read, MPI_COMM_SELF);
+  EXPECT_EQ(file.shape("mobile/tag")[0], 19u);
+}
+
+TEST(OutputRanks, AMistakeOfOneRankDoesNotWaitForTheOthers) {
+  MPI_Comm comm = MPI_COMM_NULL;
+  MPI_Comm_dup(MPI_COMM_WORLD, &comm);
+  EXPECT_TRUE(all_arrive(comm, 60.0));
+  if (world_size() == 1) return;
+  if (world_rank() == 0) EXPECT_FALSE(all_arrive(comm, 0.01));
+  MPI_Barrier(MPI_COMM_WORLD);
+  if (world_rank() != 0) EXPECT_TRUE(all_arrive(comm, 60.0));
+  MPI_Barrier(MPI_COMM_WORLD);
 }
 
 TEST(OutputHistory, HasOneRowPerCallAndIsCutBackOnRestart) {
@@ -242,7 +372,7 @@ TEST(OutputExample, IsLeftForPython) {
     const double x = 0.1 * static_cast<double>(step);
     fields.write(flow.view(x, step));
     const SphereLoad load{.tag = 9, .force = {x, 0, 0}};
-    spheres.sample(step, x, spheres_at(x), std::span(&load, 1));
+    sample_on_one_rank(spheres, step, x, load);
     const SphereLoad on_fixed{.tag = 5, .force = {0.5, 0, 2}};
     spheres.sample_fixed(step, x, std::span(&on_fixed, 1), true);
   }
