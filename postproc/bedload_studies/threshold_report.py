@@ -98,7 +98,8 @@ def draw(found: Experiment, file: Path) -> None:
     span = np.array([min(p.shields for p in found.points), max(p.shields for p in found.points)])
     share.axhline(motion.IN_MOTION, color="#999999", lw=0.8, ls="--")
     share.axvline(found.shields_threshold, color="#999999", lw=0.8, ls=":", label="Shields' curve")
-    share.axvline(motion.EXPOSED_THRESHOLD, color="#999999", lw=0.8, ls="-.", label="exposed grains, Fenton & Abbott 1977")
+    share.axvline(motion.EXPOSED_THRESHOLD, color="#999999", lw=0.8, ls="-.",
+                  label="exposed grains (Fenton & Abbott)")  # fmt: skip
     fine = np.geomspace(motion.WONG_PARKER_THRESHOLD * 1.01, max(span[1], 0.05), 60)
     rate.plot(fine, motion.wong_parker(fine), color="black", lw=1, ls="--", label="Wong & Parker 2006")
     share.set(xlabel="Shields number θ", ylabel="share of grains faster than 0.01 u_b", xscale="log",

@@ -113,7 +113,8 @@ def _long_fall(runner: Runner, label: str, galileo: float, density: float, strea
         "fringe.begin": length - 4.0, "fringe.end": length,
         "time.step": 0.3 / n, "time.end": end,
     }, {"density": density, "gravity": gravity, "stream": stream, "length": length, "width": cells / n,
-        "x": 5.03, "y": 0.5 * cells / n + 0.04, "z": 0.5 * cells / n - 0.03, "falling": 1.0, "across": 0.15})  # fmt: skip
+        "x": 5.03, "y": 0.5 * cells / n + 0.04, "z": 0.5 * cells / n - 0.03,
+        "falling": 1.0, "across": 0.15})  # fmt: skip
     motion = _motion(run)
     velocity = motion["velocity"]
     return {"time": motion["time"], "down": stream - velocity[:, 0],
@@ -492,6 +493,6 @@ def kissing(runner: Runner) -> Result:
 
 
 CASES = {
-    "crossing": crossing, "uhlmann": uhlmann, "oblique": oblique, "mordant15": mordant15, "choices": choices, "mordant": mordant,
-    "light": light, "box": box, "rebound": rebound, "rebound27": rebound27, "kissing": kissing,
+    "crossing": crossing, "uhlmann": uhlmann, "oblique": oblique, "mordant15": mordant15, "choices": choices,
+    "mordant": mordant, "light": light, "box": box, "rebound": rebound, "rebound27": rebound27, "kissing": kissing,
 }  # fmt: skip
