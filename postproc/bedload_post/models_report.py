@@ -252,6 +252,12 @@ def order_sentences(values: Sequence[dict]) -> str:
     return " ".join(found)
 
 
+def told_apart(a: dict, b: dict) -> bool:
+    """Whether the intervals part the mean velocities of two runs; without an interval nothing is parted."""
+    apart = abs(a["mean_velocity"] - b["mean_velocity"])
+    return bool(apart >= np.hypot(a["mean_velocity_interval"], b["mean_velocity_interval"]))
+
+
 def order_sentence(known: Sequence[dict]) -> str:
     """Whether the models stand in the paper's order, and which neighbours the intervals part."""
     order = sorted(known, key=lambda v: -v["mean_velocity"])
@@ -262,8 +268,7 @@ def order_sentence(known: Sequence[dict]) -> str:
     close = [
         f"{MODELS[a['model']][0]} and {MODELS[b['model']][0]}"
         for a, b in zip(order, order[1:], strict=False)
-        if not a["mean_velocity"] - b["mean_velocity"]  # no interval parts nothing
-        >= np.hypot(a["mean_velocity_interval"], b["mean_velocity_interval"])
+        if not told_apart(a, b)
     ]
     if close:
         text += f" The intervals do not part {'; '.join(close)}."
@@ -396,7 +401,7 @@ def experiment_lines(comparison: Comparison, values: Sequence[dict]) -> list[str
 
 
 def beside_rows(comparison: Comparison, values: Sequence[dict]) -> list[list[str]]:
-    """Mean velocities of other kept records beside these: a row a record, a column a model."""
+    """Mean velocities of other kept records beside these: a row a record, a column a model, and whether they differ."""
     if not comparison.beside:
         return []
     columns = [(v["model"], v["density_ratio"]) for v in values]
@@ -404,11 +409,14 @@ def beside_rows(comparison: Comparison, values: Sequence[dict]) -> list[list[str
     def line(label: str, runs: Sequence[dict]) -> list[str]:
         by_column = {(v["model"], v["density_ratio"]): v for v in runs}
         cells = sorted({f"{v['cells_per_diameter']:.3g}" for v in runs if "cells_per_diameter" in v})
-        texts = []
-        for column in columns:
+        texts, changes = [], []
+        for column, own in zip(columns, values, strict=True):
             v = by_column.get(column)
             texts.append("–" if v is None else f"{v['mean_velocity']:.3f} ± {v['mean_velocity_interval']:.3f}")
-        return [label, ", ".join(cells) or "–", *texts]
+            if v is not None and v is not own:
+                change = f"{100.0 * (v['mean_velocity'] / own['mean_velocity'] - 1.0):+.0f} %"
+                changes.append(change if told_apart(v, own) else f"{change}, not told apart")
+        return [label, ", ".join(cells) or "–", *texts, "; ".join(changes)]
 
     return [line("these", values), *(line(label, runs) for label, runs in comparison.beside.items())]
 
@@ -449,7 +457,7 @@ def sections(
         [["", *names], *_rows(values, comparison.with_paper)],
         verdict_rows(comparison, values),
         experiment_lines(comparison, values),
-        [["record", "cells to D", *names], *beside] if beside else [],
+        [["record", "cells to D", *names, "beside these"], *beside] if beside else [],
         [[name, value] for name, value in comparison.circumstances.items()],
         drawn,
     )

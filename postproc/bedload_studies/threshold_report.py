@@ -97,9 +97,10 @@ def draw(found: Experiment, file: Path) -> None:
         )
     span = np.array([min(p.shields for p in found.points), max(p.shields for p in found.points)])
     share.axhline(motion.IN_MOTION, color="#999999", lw=0.8, ls="--")
-    share.axvline(found.shields_threshold, color="#999999", lw=0.8, ls=":", label="Shields' curve")
-    share.axvline(motion.EXPOSED_THRESHOLD, color="#999999", lw=0.8, ls="-.",
-                  label="exposed grains (Fenton & Abbott)")  # fmt: skip
+    for at, what in ((found.shields_threshold, "Shields' curve"),
+                     (motion.EXPOSED_THRESHOLD, "exposed grains")):  # fmt: skip
+        share.axvline(at, color="#999999", lw=0.8, ls=":")
+        share.text(at, 1.03, what, ha="center", va="bottom", fontsize=8, color="#666666")
     fine = np.geomspace(motion.WONG_PARKER_THRESHOLD * 1.01, max(span[1], 0.05), 60)
     rate.plot(fine, motion.wong_parker(fine), color="black", lw=1, ls="--", label="Wong & Parker 2006")
     share.set(xlabel="Shields number θ", ylabel="share of grains faster than 0.01 u_b", xscale="log",
@@ -111,7 +112,7 @@ def draw(found: Experiment, file: Path) -> None:
     for axis in (share, rate):
         axis.set_xticks(shown, [f"{s:g}" for s in shown], rotation=45)
         axis.set_xticks([], minor=True)
-        axis.legend(frameon=False, fontsize=8)
+    rate.legend(frameon=False, fontsize=8)
     figure.savefig(file, dpi=110)
     plt.close(figure)
 

@@ -57,6 +57,17 @@ def test_a_velocity_off_by_more_than_a_fifth_is_wrong():
     ]  # fmt: skip
 
 
+def test_other_records_stand_beside_these():
+    values = [run_numbers("rpm"), run_numbers("actm", mean_velocity=0.1, mean_velocity_interval=0.03)]
+    faster = [run_numbers("rpm", mean_velocity=0.3),
+              run_numbers("actm", mean_velocity=0.12, mean_velocity_interval=0.03)]  # fmt: skip
+    comparison = models_report.Comparison("", [], 2, {}, None, "setup2_small", {"faster": faster, "alone": faster[1:]})
+    these, both, alone = models_report.beside_rows(comparison, values)
+    assert these == ["these", "10", "0.247 ± 0.002", "0.100 ± 0.030", ""]
+    assert both[-1] == "+21 %; +20 %, not told apart"
+    assert alone[2:] == ["–", "0.120 ± 0.030", "+20 %, not told apart"]
+
+
 def test_neighbours_in_the_order_are_open_within_their_intervals():
     close = four(actm={"mean_velocity": 0.094}, actm_hw={"mean_velocity": 0.093})
     assert answers(2, close, "Table 2", "actm is faster than actm + HW") == [None]
