@@ -204,8 +204,9 @@ class ImmersedBoundary {
   const Decomposition& decomposition_;
   BlockMap blocks_;
   double density_, retraction_, tolerance_;
-  double viscosity_;                                        ///< kinematic
-  double deferred_impulse_share_, deferred_angular_share_;  ///< that a sphere gets per stage
+  double viscosity_;  ///< kinematic
+  double deferred_impulse_share_,
+      deferred_angular_share_;  ///< settings: that a sphere gets per stage
   Vec3 gravity_;
   Exchange exchange_;
   int most_loops_;

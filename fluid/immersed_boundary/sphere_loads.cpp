@@ -4,6 +4,7 @@
 #include <numbers>
 #include <type_traits>
 
+#include "fluid/immersed_boundary/deferred_share.hpp"
 #include "fluid/immersed_boundary/excess_spin.hpp"
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
 #include "fluid/immersed_boundary/neighbour_messages.hpp"
@@ -135,19 +136,13 @@ std::vector<typename ImmersedBoundary<Real>::Share> ImmersedBoundary<Real>::comp
   return shares;
 }
 
-/// A sphere that moves once per step gets the fluid's whole answer to its last change of speed,
-/// -C rho_f V du, in its next one: the speed swings by the factor -C rho_f/rho_p from step to step.
-/// So it gets only the share m/(m + C* rho_f V) of what is due: the factor becomes
-/// (C* - C)/(rho_p/rho_f + C*), a kick still ends at m/(m + C rho_f V) of its speed, and a steady
-/// force arrives whole, C* rho_f/rho_p steps late. C* = 2 covers what comes on top of the 1/2 of a
-/// sphere alone: walls, neighbours, and the old pressure, which answers later. (Trials with the
-/// constant changed: 1/2 and 1 left swings of 5 and 2 % of the speed at rho_p/rho_f = 1.2; 2 leaves
-/// less than 1 % from 0.5 on.)
+/// A sphere that moves once per step would get the fluid's whole answer to its last change of speed
+/// in its next one and swing from step to step: it gets a share. A steady force arrives whole,
+/// C* rho_f/rho_p steps late.
 template <class Real>
 double ImmersedBoundary<Real>::reaction_share(const SphereState& sphere) const {
   if (exchange_ == Exchange::stage || sphere.density == 0.0) return 1.0;
-  constexpr double added_mass = 2.0;  // C*
-  return sphere.density / (sphere.density + added_mass * density_);
+  return answered_share(sphere.density, density_);
 }
 
 template <class Real>
@@ -169,16 +164,17 @@ std::vector<SphereLoad> ImmersedBoundary<Real>::loads(double stage_step, bool sp
     memory.forced = after;
 
     // impulse = -rho sum applied h^3 + rho (I_forced - I_before) + rho share * deferred
+    const double share = deferred_impulse_share(deferred_impulse_share_, state.density, density_);
     const double cell = grid_.cell_volume();
     const Vec3 applied(sums[n].applied.data()), moment(sums[n].applied_moment.data());
-    const Vec3 impulse = -cell * applied + after.linear - before.linear +
-                         deferred_impulse_share_ * memory.deferred_impulse.linear;
-    memory.deferred_angular_impulse += -cell * moment + after.angular - before.angular +
-                                       deferred_impulse_share_ * memory.deferred_impulse.angular;
+    const Vec3 impulse =
+        -cell * applied + after.linear - before.linear + share * memory.deferred_impulse.linear;
+    memory.deferred_angular_impulse +=
+        -cell * moment + after.angular - before.angular + share * memory.deferred_impulse.angular;
     const Vec3 angular_impulse = deferred_angular_share_ * memory.deferred_angular_impulse;
     memory.deferred_angular_impulse -= angular_impulse;
-    memory.deferred_impulse.linear *= 1.0 - deferred_impulse_share_;
-    memory.deferred_impulse.angular *= 1.0 - deferred_impulse_share_;
+    memory.deferred_impulse.linear *= 1.0 - share;
+    memory.deferred_impulse.angular *= 1.0 - share;
 
     // given = share * (deferred + impulse), where the sphere will move; the rest is deferred
     memory.deferred_reaction += impulse;

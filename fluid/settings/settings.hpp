@@ -94,9 +94,7 @@ struct Settings {
     double slip_tolerance = 0.0;
     double retraction = -1.0;
     double pressure_share = 0.25;
-    // 1 is exact at once, but unstable below a density ratio of about 0.8; 0.1 is stable down to
-    // 0.3.
-    double deferred_impulse_share = 0.1;
+    double deferred_impulse_share = 0.0;  // 0: immersed_boundary/deferred_share.hpp
     // The kernel makes a sphere drag a layer outside it, alpha = 0.6 times as inert as the fluid
     // inside, by what it turned in the stage before: with share s the spin's error changes by
     // 1 - s (1 + alpha rho_f/rho_p) per stage.

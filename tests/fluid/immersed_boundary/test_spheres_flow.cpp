@@ -85,6 +85,11 @@ TEST(SphereInFlow, DragOfACubicArray) {
     EXPECT_NEAR(array_drag(16, 0.064, offset).k, dilute.k, 0.005 * dilute.k);
 }
 
+SphereState of_density(SphereState sphere, double density) {
+  sphere.density = density;
+  return sphere;
+}
+
 /// A channel and one free sphere, moved by forward Euler in every stage as LIGGGHTS would in
 /// several steps.
 struct FreeSphere {
@@ -95,7 +100,8 @@ struct FreeSphere {
 
   FreeSphere(const Settings& s, const SphereState& start, double density,
              std::vector<SphereState> fixed = {})
-      : channel(s, MPI_COMM_WORLD, with(std::move(fixed), start)), state(start) {
+      : channel(s, MPI_COMM_WORLD, with(std::move(fixed), of_density(start, density))),
+        state(of_density(start, density)) {
     mass = density * 4.0 / 3.0 * pi * std::pow(start.radius, 3);
     inertia = 0.4 * mass * start.radius * start.radius;
   }

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <vector>
 
+#include "fluid/immersed_boundary/deferred_share.hpp"
 #include "fluid/immersed_boundary/dispersion_correction.hpp"
 #include "fluid/immersed_boundary/interior.hpp"
 #include "fluid/immersed_boundary/kernel.hpp"
@@ -34,6 +35,25 @@ TEST(RomaKernel, HasItsMomentsAtEverySubCellPosition) {
   EXPECT_EQ(roma_kernel(1.5), 0.0);
   EXPECT_NEAR(roma_kernel(0.0), 2.0 / 3.0, round_off);
   EXPECT_NEAR(roma_kernel(1.0), 1.0 / 6.0, round_off);
+}
+
+TEST(DeferredShare, EndsTheAnswerOfAddedMassInOneStageAndSwingsForNoDensity) {
+  EXPECT_EQ(deferred_impulse_share(0.3, 2.5, 1.0), 0.3) << "a setting rules";
+  const double fluid = 1.7;
+  for (const double ratio : {0.1, 0.5, 1.0, 2.5, 8.0}) {
+    // Speed that is still to come after a kick of 1, where the fluid answers -C rho_f/rho_p.
+    const auto after = [&](double added_mass, int stages) {
+      double owed = -added_mass / ratio;
+      for (int n = 0; n < stages; ++n) {
+        const double given = deferred_impulse_share(0.0, ratio * fluid, fluid) * owed;
+        owed -= given + added_mass / ratio * given;
+      }
+      return owed;
+    };
+    EXPECT_NEAR(after(2.0, 1), 0.0, round_off / ratio) << "the largest answer, at once, " << ratio;
+    EXPECT_LT(after(0.5, 1), 0.0) << "the others from one side, " << ratio;
+    EXPECT_LT(std::abs(after(0.5, 20)), 0.01) << ratio;
+  }
 }
 
 TEST(MarkerLayout, CountAndRadiusFollowTheFormulas) {
