@@ -144,7 +144,9 @@ void FixLubrication::refuse_projected_spheres() const {
       return (mask & groupbit) != 0 && (mask & other.groupbit) != 0 && !mobility_.held(mask);
     };
     const bool mine = std::any_of(atom->mask, atom->mask + atom->nlocal, is_in_both);
-    if (sum_over_ranks(mine ? 1 : 0) > 0)
+    std::array<double, 1> ranks{mine ? 1.0 : 0.0};
+    sum_over_ranks(ranks);
+    if (ranks[0] > 0)
       stop_run(lmp, fmt::format("{}: the films act behind 'fix {} {}' and would push its spheres "
                                 "where they must not go; hold them by fix freeze or nve/noforce, "
                                 "or leave them out of the group of {}",
@@ -207,15 +209,17 @@ double FixLubrication::inverse_mass(const Film& film) const {
   return mobility_.inverse_mass(*atom, film.i, film.j);
 }
 
-double FixLubrication::sum_over_ranks(double mine) const {
-  double all = mine;
-  if (comm->nprocs > 1) MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_SUM, world);
-  return all;
+/// One message for all of them.
+template <std::size_t count>
+void FixLubrication::sum_over_ranks(std::array<double, count>& numbers) const {
+  if (comm->nprocs > 1)
+    MPI_Allreduce(MPI_IN_PLACE, numbers.data(), static_cast<int>(count), MPI_DOUBLE, MPI_SUM,
+                  world);
 }
 
-bool FixLubrication::none_anywhere() const {
-  const std::size_t mine = films_.size() + collisions_.size() + tangential_.size();
-  return sum_over_ranks(static_cast<double>(mine)) == 0;
+/// Films of this step here, of all kinds.
+double FixLubrication::films_here() const {
+  return static_cast<double>(films_.size() + collisions_.size() + tangential_.size());
 }
 
 /// n·(a_i - a_j), the rate at which the gap's speed changes [m/s²].
@@ -276,6 +280,15 @@ void FixLubrication::solve_alone() {
 /// Films that share a sphere: (D + A - diag A) F = D F_alone by conjugate gradients with D as
 /// preconditioner, from F = F_alone. A film that shares no sphere has no residual and keeps its
 /// force to the last bit.
+///
+/// One sum over the ranks in each iteration: with residual r, direction p and s = (D + A - diag A)
+/// p it brings p.s, and what the next square r.r/D is made of before the step alpha = (r.r/D)/p.s
+/// is known,
+///
+///   (r - alpha s).(r - alpha s)/D = r.r/D - 2 alpha r.s/D + alpha^2 s.s/D,
+///
+/// whose cancellation does not add up, as r.r/D itself is summed anew in each iteration (Meurant,
+/// Parallel Computing 5, 267, 1987). The first sum also says whether there are films at all.
 void FixLubrication::solve_together() {
   const std::size_t count = films_.size();
   std::vector<double> direction(count), residual(count), moved(count);
@@ -285,38 +298,41 @@ void FixLubrication::solve_together() {
       moved[k] = relative(films_[k]) - inverse_mass(films_[k]) * forces[k];
     }
   };
-  double scale = 0, square = 0;
+  std::array<double, 3> first{films_here()};  // films; F.F D; r.r/D
   for (std::size_t k = 0; k < count; ++k) direction[k] = films_[k].force;
   others(direction);
   for (std::size_t k = 0; k < count; ++k) {
     const Film& film = films_[k];
     residual[k] = -moved[k];
-    scale += film.share * film.compliance * film.force * film.force;
-    square += film.share * residual[k] * residual[k] / film.compliance;
+    first[1] += film.share * film.compliance * film.force * film.force;
+    first[2] += film.share * residual[k] * residual[k] / film.compliance;
     direction[k] = residual[k] / film.compliance;
   }
-  const double enough = tolerance * tolerance * sum_over_ranks(scale);
-  square = sum_over_ranks(square);
+  sum_over_ranks(first);
+  films_somewhere_ = first[0] > 0;
+  const double enough = tolerance * tolerance * first[1];
+  double square = first[2];
   for (int n = 0; n < most_iterations && square > enough; ++n) {
     others(direction);
-    double curvature = 0;
+    std::array<double, 4> sums{};  // p.s, r.r/D, r.s/D, s.s/D
     for (std::size_t k = 0; k < count; ++k) {
-      moved[k] += films_[k].compliance * direction[k];
-      curvature += films_[k].share * direction[k] * moved[k];
+      const Film& film = films_[k];
+      moved[k] += film.compliance * direction[k];
+      const double weight = film.share / film.compliance;
+      sums[0] += film.share * direction[k] * moved[k];
+      sums[1] += weight * residual[k] * residual[k];
+      sums[2] += weight * residual[k] * moved[k];
+      sums[3] += weight * moved[k] * moved[k];
     }
-    const double step = square / sum_over_ranks(curvature);
-    double next = 0;
+    sum_over_ranks(sums);
+    const double step = sums[1] / sums[0];
+    square = std::max(0.0, sums[1] - 2.0 * step * sums[2] + step * step * sums[3]);
     for (std::size_t k = 0; k < count; ++k) {
       Film& film = films_[k];
       film.force += step * direction[k];
       residual[k] -= step * moved[k];
-      next += film.share * residual[k] * residual[k] / film.compliance;
+      direction[k] = residual[k] / film.compliance + square / sums[1] * direction[k];
     }
-    next = sum_over_ranks(next);
-    for (std::size_t k = 0; k < count; ++k) {
-      direction[k] = residual[k] / films_[k].compliance + next / square * direction[k];
-    }
-    square = next;
   }
 }
 
@@ -370,8 +386,12 @@ void FixLubrication::apply_tangential() {
 }
 
 void FixLubrication::pre_final_integrate() {
-  const bool none = none_anywhere();
-  if (none && !stale_) return;
+  if (!films_somewhere_) {
+    std::array<double, 1> films{films_here()};
+    sum_over_ranks(films);
+    films_somewhere_ = films[0] > 0;
+  }
+  if (!films_somewhere_ && !stale_) return;
   const int local = atom->nlocal;
   double** applied = applied_->array_atom;
   for (int i = 0; i < local; ++i) {
@@ -379,8 +399,8 @@ void FixLubrication::pre_final_integrate() {
     applied[i][3] = static_cast<double>(update->ntimestep);
     if (tangential_on_) std::fill_n(applied[i] + 4, 3, 0.0);
   }
-  stale_ = !none;
-  if (none) return;
+  stale_ = films_somewhere_;
+  if (!films_somewhere_) return;
 
   for (Film& film : collisions_) film.force = -film.coefficient * opening_speed(film);
   apply(collisions_);
@@ -388,6 +408,7 @@ void FixLubrication::pre_final_integrate() {
   accelerations_.resize(local + atom->nghost);
   solve_alone();
   solve_together();
+  stale_ = films_somewhere_;
   apply(films_);
 }
 

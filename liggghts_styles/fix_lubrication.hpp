@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -112,7 +114,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   void apply(const std::vector<Film>& films);
   double inverse_mass(int i) const;
   double inverse_mass(const Film& film) const;
-  bool none_anywhere() const;
+  double films_here() const;
   void tell_range() const;
   void forget();
   double coefficient(const Surfaces& s, double opening) const;
@@ -121,7 +123,8 @@ class FixLubrication : public LAMMPS_NS::Fix {
   void solve_together();
   void accelerate(const std::vector<double>& forces);
   double relative(const Film& film) const;
-  double sum_over_ranks(double mine) const;
+  template <std::size_t count>
+  void sum_over_ranks(std::array<double, count>& numbers) const;
 
   std::string law_;
   bool tangential_on_ = false;
@@ -138,6 +141,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   std::vector<Vector> accelerations_;  // of local and ghost spheres [m/s²]
   std::vector<double> rates_;          // summed over a sphere's tangential films [1/s]
   bool sending_rates_ = false;         // what pack_comm sends: the rates, or the accelerations
+  bool films_somewhere_ = false;       // on some rank, in the last step that has asked
   bool stale_ = true;                  // lubricationForce holds something that is not of this step
   LAMMPS_NS::FixPropertyAtom* applied_ = nullptr;
 };

@@ -306,8 +306,7 @@ HistoryRow RunOutput<Real>::history_row() const {
   const bool no_residual = std::isnan(simulation_.momentum_residual());
   const double driving = channel.driving_force();
   const std::array<double, 2> wall_stress = channel.wall_stress();
-  Vec3 on_fixed = Vec3::Zero();
-  for (const SphereLoad& force : simulation_.gather_fixed_forces()) on_fixed += force.force;
+  const Vec3 on_fixed = simulation_.fixed_force();
   return {
       .step = channel.step(),
       .time = channel.time(),

@@ -223,16 +223,19 @@ std::vector<SphereLoad> Simulation<Real>::mean_loads() const {
   return loads;
 }
 
+template <class Real>
+Vec3 Simulation<Real>::buoyancy(const SphereState& sphere) const {
+  const Settings& s = channel_.settings();
+  const double volume = 4.0 / 3.0 * std::numbers::pi * std::pow(sphere.radius, 3);
+  return -volume * s.fluid.density * Vec3(s.fluid.gravity.data());
+}
+
 // F = -J / dt - rho V g, J being what the markers gave to the fluid in the step
 template <class Real>
 std::vector<SphereLoad> Simulation<Real>::gather_fixed_forces() const {
-  const Settings& s = channel_.settings();
   std::vector<SphereLoad> forces;
-  for (const SphereState& sphere : spheres_) {
-    if (sphere.mobile) continue;
-    const double mass = 4.0 / 3.0 * std::numbers::pi * std::pow(sphere.radius, 3) * s.fluid.density;
-    forces.push_back({.tag = sphere.tag, .force = -mass * Vec3(s.fluid.gravity.data())});
-  }
+  for (const SphereState& sphere : spheres_)
+    if (!sphere.mobile) forces.push_back({.tag = sphere.tag, .force = buoyancy(sphere)});
   std::vector<double> given(3 * forces.size(), 0.0);
   for (const SphereLoad& impulse : fixed_impulses_) {
     const auto found = std::lower_bound(forces.begin(), forces.end(), impulse.tag,
@@ -245,6 +248,21 @@ std::vector<SphereLoad> Simulation<Real>::gather_fixed_forces() const {
   for (std::size_t n = 0; n < forces.size(); ++n)
     forces[n].force -= Vec3(&given[3 * n]) / channel_.last_time_step();
   return forces;
+}
+
+template <class Real>
+Vec3 Simulation<Real>::fixed_force() const {
+  Vec3 given = Vec3::Zero(), force = Vec3::Zero();
+  bool has_fixed = false;
+  for (const SphereState& sphere : spheres_) {
+    if (sphere.mobile) continue;
+    has_fixed = true;
+    force += buoyancy(sphere);
+  }
+  if (!has_fixed) return force;  // on no rank
+  for (const SphereLoad& impulse : fixed_impulses_) given += impulse.force;
+  MPI_Allreduce(MPI_IN_PLACE, given.data(), 3, MPI_DOUBLE, MPI_SUM, channel_.comm());
+  return force - given / channel_.last_time_step();
 }
 
 template <class Real>

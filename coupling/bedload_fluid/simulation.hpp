@@ -61,6 +61,8 @@ class Simulation {
   /// tags. Without what the fluid inside gains in momentum, whose mean over time is nothing.
   /// Collective.
   std::vector<SphereLoad> gather_fixed_forces() const;
+  /// Their sum, which takes three numbers in a message however many spheres there are. Collective.
+  Vec3 fixed_force() const;
   std::int64_t mobile_count() const { return account_.mobile; }
   /// Whether mobile spheres came, went or became others in the last step; the same on every rank.
   bool spheres_changed() const { return spheres_changed_; }
@@ -73,6 +75,8 @@ class Simulation {
   std::int64_t collisions() const { return account_.collisions; }
 
  private:
+  /// Of the fluid on a fixed sphere at rest.
+  Vec3 buoyancy(const SphereState& sphere) const;
   void begin_step();
   void move_spheres();
   void check_loads() const;

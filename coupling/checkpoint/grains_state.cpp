@@ -12,6 +12,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -153,14 +154,29 @@ GrainsState::GrainsState(LAMMPS_NS::LAMMPS* lmp, std::int64_t fluid_step, std::i
 GrainsState::GrainsState(LAMMPS_NS::LAMMPS* lmp, const std::string& path, std::int64_t fluid_step)
     : lmp_(lmp), path_(path) {
   check_file_header(path, grains_file_header, lmp->world);
+  std::optional<Hdf5File> file;
   collectively(lmp->world, [&] {
-    const Hdf5File file(path, Hdf5File::Access::read, MPI_COMM_SELF);
-    load(LoadGroup(file, grains_group));
+    file.emplace(path, Hdf5File::Access::read, MPI_COMM_SELF);
+    load(LoadGroup(*file, grains_group));
     if (fluid_step_ != fluid_step)
       throw UserError(fmt::format(
           "{}: holds the grains of fluid step {}, but the fluid's file beside it is of step {}.",
           path, fluid_step_, fluid_step));
   });
+  const Part values = packed_part();
+  collectively(lmp->world, [&] {
+    const LoadGroup spheres = LoadGroup(*file, grains_group).group("spheres");
+    spheres_.values = spheres.rows<double>("packed", values, 1);
+  });
+}
+
+/// Where this rank's spheres stand among the packed ones: behind those of the ranks before it.
+Part GrainsState::packed_part() const {
+  Part part;
+  for (const std::int64_t size : spheres_.size) part.count += static_cast<std::uint64_t>(size);
+  MPI_Exscan(&part.count, &part.first, 1, MPI_UINT64_T, MPI_SUM, lmp_->world);
+  if (lmp_->comm->me == 0) part.first = 0;  // MPI leaves it open there
+  return part;
 }
 
 void GrainsState::save(const SaveGroup& grains) const {
@@ -220,11 +236,6 @@ void GrainsState::load_spheres(const LoadGroup& group) {
   spheres_.radius = group.rows<double>("radius", part, 1);
   spheres_.position = group.rows<double>("position", part, 3);
   spheres_.size = group.rows<std::int64_t>("packed_size", part, 1);
-  Part values;
-  for (const std::int64_t size : group.rows<std::int64_t>("packed_size", {0, part.first}, 1))
-    values.first += static_cast<std::uint64_t>(size);
-  for (const std::int64_t size : spheres_.size) values.count += static_cast<std::uint64_t>(size);
-  spheres_.values = group.rows<double>("packed", values, 1);
 }
 
 bool GrainsState::same_ranks() const {

@@ -74,6 +74,7 @@ class GrainsState {
   void save(const SaveGroup& group) const;
   void load(const LoadGroup& group);
   void load_spheres(const LoadGroup& group);
+  Part packed_part() const;
   bool same_ranks() const;
   /// Lower and upper end along each direction [L].
   using Region = std::array<std::array<double, 2>, 3>;

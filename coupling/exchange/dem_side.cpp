@@ -35,13 +35,12 @@ const FluidSceneInfo& DemSide::scene_info() {
 
 void DemSide::introduce(const DemSceneInfo& scene_info, const std::string& effects,
                         std::span<const StateRecord> spheres) {
-  const auto states = std::make_shared<const Bytes>(pack(MotionHeader{}, spheres));
   const auto words =
       std::make_shared<const Bytes>(pack(scene_info, std::span<const char>(effects)));
-  for (int fluid = 0; fluid < job_.partner_size(); ++fluid) {
-    if (job_.rank() == 0) send_queue_.post(fluid, Subject::dem_scene_info, words);
-    send_queue_.post(fluid, Subject::spheres, states);
-  }
+  for (const int fluid : target_ranks(job_.rank(), job_.size(), job_.partner_size()))
+    send_queue_.post(fluid, Subject::dem_scene_info, words);
+  send_queue_.post(source_rank(job_.rank(), job_.partner_size()), Subject::spheres,
+                   std::make_shared<const Bytes>(pack(MotionHeader{}, spheres)));
   introduced_ = true;
 }
 
@@ -59,11 +58,10 @@ void DemSide::find_partners(const Region& region) {
              .y = {firsts.begin(), z},
              .z = {z, firsts.end()}};
   partners_ = partners_of(region, blocks_);
-  for (int rank = 0; rank < job_.partner_size(); ++rank) {
-    const bool is_partner = std::binary_search(partners_.begin(), partners_.end(), rank);
-    send_queue_.post(rank, Subject::partners,
-                     std::make_shared<const Bytes>(1, is_partner ? std::byte{1} : std::byte{0}));
-  }
+  const std::vector<std::int32_t> ranks(partners_.begin(), partners_.end());
+  send_queue_.post(sender, Subject::partners,
+                   std::make_shared<const Bytes>(
+                       pack(PartnersHeader{job_.rank()}, std::span<const std::int32_t>(ranks))));
 }
 
 StageLoads DemSide::receive_loads() {
@@ -87,7 +85,7 @@ StageLoads DemSide::receive_loads() {
 
 void DemSide::confirm_checkpoint() {
   const auto message = std::make_shared<const Bytes>();
-  for (int fluid = 0; fluid < job_.partner_size(); ++fluid)
+  for (const int fluid : target_ranks(job_.rank(), job_.size(), job_.partner_size()))
     send_queue_.post(fluid, Subject::checkpoint, message);
 }
 

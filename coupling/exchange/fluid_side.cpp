@@ -12,6 +12,8 @@
 #include "coupling/exchange/handshake.hpp"
 #include "coupling/exchange/routes.hpp"
 #include "coupling/exchange/stages.hpp"
+#include "fluid/grid/send_to_ranks.hpp"
+#include "fluid/immersed_boundary/gather.hpp"
 #include "fluid/settings/errors.hpp"
 
 namespace bedload {
@@ -19,6 +21,13 @@ namespace {
 
 /// Time that a rank spends on getting a long message out before it goes off to compute [s].
 constexpr double longest_push = 2e-3;
+
+/// A sphere and the rank of LIGGGHTS that has it.
+struct OwnedSphere {
+  std::int64_t tag;
+  int owner;
+  StateRecord record;
+};
 
 double relative_difference(const Triple& a, const Triple& b, double size) {
   double difference = 0.0;
@@ -70,7 +79,8 @@ void FluidSide::introduce(const FluidSceneInfo& scene_info, const std::string& g
 }
 
 PartnerScene FluidSide::meet() {
-  const Bytes bytes = receive(job_.partner(), 0, Subject::dem_scene_info);
+  const Bytes bytes = receive(job_.partner(), source_rank(job_.rank(), job_.partner_size()),
+                              Subject::dem_scene_info);
   PartnerScene dem;
   dem.scene_info = unpack_header<DemSceneInfo>(bytes);
   std::vector<char> effects;
@@ -78,11 +88,15 @@ PartnerScene FluidSide::meet() {
   dem.effects.assign(effects.begin(), effects.end());
   if (const auto sentence = disagreement(scene_info_, dem.scene_info)) throw UserError(*sentence);
 
-  for (int rank = 0; rank < job_.partner_size(); ++rank) {
+  std::vector<OwnedSphere> told;
+  for (const int rank : target_ranks(job_.rank(), job_.size(), job_.partner_size())) {
     std::vector<StateRecord> records;
     unpack_items<MotionHeader>(receive(job_.partner(), rank, Subject::spheres), records);
-    remember_owners(records, rank);
-    for (const StateRecord& record : records) dem.spheres.push_back(sphere_state(record));
+    for (const StateRecord& record : records) told.push_back({record.tag, rank, record});
+  }
+  for (const OwnedSphere& sphere : gather_by_tag<OwnedSphere>(job_.own(), told)) {
+    remember_owners({sphere.record}, sphere.owner);
+    dem.spheres.push_back(sphere_state(sphere.record));
   }
   sort_by_tag(dem.spheres);
   const auto mobile =
@@ -109,9 +123,15 @@ void FluidSide::divide(const BlockMap& blocks) {
       DivisionHeader{blocks.y_parts(), blocks.z_parts()}, std::span<const std::int32_t>(firsts)));
   for (const int dem : target_ranks(job_.rank(), job_.size(), job_.partner_size()))
     send_queue_.post(dem, Subject::division, message);
-  for (int dem = 0; dem < job_.partner_size(); ++dem)
-    if (receive(job_.partner(), dem, Subject::partners).front() != std::byte{0})
-      partners_.push_back(dem);
+  std::vector<std::vector<int>> partners_of(static_cast<std::size_t>(job_.size()));
+  for (const int dem : target_ranks(job_.rank(), job_.size(), job_.partner_size())) {
+    std::vector<std::int32_t> ranks;
+    unpack_items<PartnersHeader>(receive(job_.partner(), dem, Subject::partners), ranks);
+    for (const std::int32_t rank : ranks)
+      partners_of[static_cast<std::size_t>(rank)].push_back(dem);
+  }
+  partners_ = send_to_ranks(job_.own(), partners_of);
+  std::sort(partners_.begin(), partners_.end());
 }
 
 void FluidSide::send_loads(int stage, double time_step, bool last_step,
@@ -206,8 +226,7 @@ void FluidSide::order_checkpoint(const std::string& grains, std::int64_t id) {
 }
 
 void FluidSide::await_checkpoint() {
-  for (int dem = 0; dem < job_.partner_size(); ++dem)
-    receive(job_.partner(), dem, Subject::checkpoint);
+  receive(job_.partner(), source_rank(job_.rank(), job_.partner_size()), Subject::checkpoint);
 }
 
 void FluidSide::stop() {

@@ -16,7 +16,7 @@
 namespace bedload {
 
 /// Raised whenever a record below, or who sends it when, changes.
-inline constexpr std::int32_t protocol_number = 8;
+inline constexpr std::int32_t protocol_number = 9;
 
 using Triple = std::array<double, 3>;
 using Bytes = std::vector<std::byte>;
@@ -85,6 +85,11 @@ struct DivisionHeader {
   std::int32_t y_parts, z_parts;
 };
 
+/// Which fluid ranks are partners of a rank of LIGGGHTS: followed by their numbers.
+struct PartnersHeader {
+  std::int32_t rank;
+};
+
 /// Follows an order to write a checkpoint; LIGGGHTS' file follows as text.
 struct CheckpointHeader {
   std::int64_t id;  ///< the number that both halves carry
@@ -106,9 +111,9 @@ struct DemSceneInfo {
 template <class T>
 concept Record = std::is_trivially_copyable_v<T> && std::is_standard_layout_v<T>;
 
-static_assert(Record<DivisionHeader> && Record<CheckpointHeader> && Record<StateRecord> &&
-              Record<LoadRecord> && Record<LoadHeader> && Record<MotionHeader> &&
-              Record<FluidSceneInfo> && Record<DemSceneInfo>);
+static_assert(Record<DivisionHeader> && Record<PartnersHeader> && Record<CheckpointHeader> &&
+              Record<StateRecord> && Record<LoadRecord> && Record<LoadHeader> &&
+              Record<MotionHeader> && Record<FluidSceneInfo> && Record<DemSceneInfo>);
 
 /// A number that differs when sizes or places of the records' members differ; both programs compare
 /// theirs before the first message.

@@ -12,15 +12,16 @@ namespace bedload {
 /// every stage partners send each other one message, which holds the spheres that concern the
 /// receiver. Who are partners is found once, by LIGGGHTS' ranks, whose parts do not change.
 
-/// Fluid rank that tells rank `dem_rank` of LIGGGHTS what it has to know of the scene.
-inline int source_rank(int dem_rank, int fluid_ranks) { return dem_rank % fluid_ranks; }
+/// What concerns all ranks (the scene, a checkpoint) each rank hears from one rank of the other
+/// program; so no rank sends more messages the more ranks there are. This is the one that tells
+/// `rank`.
+inline int source_rank(int rank, int ranks_of_other) { return rank % ranks_of_other; }
 
-/// Ranks of LIGGGHTS that fluid rank `fluid_rank` tells.
-inline std::vector<int> target_ranks(int fluid_rank, int fluid_ranks, int dem_ranks) {
-  std::vector<int> ranks;
-  for (int dem = 0; dem < dem_ranks; ++dem)
-    if (source_rank(dem, fluid_ranks) == fluid_rank) ranks.push_back(dem);
-  return ranks;
+/// The ranks of the other program that `rank` of `ranks` tells.
+inline std::vector<int> target_ranks(int rank, int ranks, int ranks_of_other) {
+  std::vector<int> targets;
+  for (int other = rank; other < ranks_of_other; other += ranks) targets.push_back(other);
+  return targets;
 }
 
 /// Where a rank of LIGGGHTS has its atoms [L].

@@ -109,21 +109,24 @@ Job::~Job() {
   MPI_Finalize();
 }
 
+// Each rank hears from one rank of the other program that all ranks of it are here.
 void Job::say_farewell() const {
   if (alone()) return;
   constexpr int farewell_tag = 1000;  // none of the exchange's
-  const auto count = static_cast<std::size_t>(partner_size_);
-  std::vector<MPI_Request> requests(2 * count);
-  for (std::size_t n = 0; n < count; ++n) {
-    const int other = static_cast<int>(n);
-    MPI_Isend(nullptr, 0, MPI_BYTE, other, farewell_tag, partner_, &requests[n]);
-    MPI_Irecv(nullptr, 0, MPI_BYTE, other, farewell_tag, partner_, &requests[count + n]);
-  }
-  wait_until([&] {
-    int done = 0;
-    MPI_Testall(static_cast<int>(requests.size()), requests.data(), &done, MPI_STATUSES_IGNORE);
-    return done != 0;
-  });
+  std::vector<MPI_Request> requests(1);
+  const auto wait = [&requests] {
+    wait_until([&requests] {
+      int done = 0;
+      MPI_Testall(static_cast<int>(requests.size()), requests.data(), &done, MPI_STATUSES_IGNORE);
+      return done != 0;
+    });
+  };
+  MPI_Ibarrier(own_, &requests[0]);
+  wait();
+  MPI_Irecv(nullptr, 0, MPI_BYTE, rank_ % partner_size_, farewell_tag, partner_, &requests[0]);
+  for (int other = rank_; other < partner_size_; other += size_)
+    MPI_Isend(nullptr, 0, MPI_BYTE, other, farewell_tag, partner_, &requests.emplace_back());
+  wait();
 }
 
 int run_program(int argc, char** argv, Program program, const Protocol& protocol,

@@ -1,10 +1,13 @@
 """The same run on any number of ranks, in pieces, restarted, after clear, with spheres coming and
 going."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from liggghts_script import Scene, Sphere, dump_now, read_dump, read_table, run_script
+from liggghts_script import PROGRAM, Scene, Sphere, dump_now, read_dump, read_table, run_script
 
 D = 0.01
 SIDE = 0.06
@@ -304,3 +307,33 @@ def test_the_contact_of_a_sphere_that_is_deleted_has_its_row(tmp_path, ranks, go
     assert 0.12 < end.v[0, 0] < 0.19
     taken = pair[0].mass * (0.2 - end.v[0, 0])
     assert table["impulse_normal"] == pytest.approx(taken, rel=0.05)
+
+
+def sums_of_a_step(folder, monkeypatch, places, film):
+    """Sums over two ranks in a step: the difference of runs of 20 and 40 steps. The ranks part the row of
+    spheres at x = 0; those beside the middle come towards it."""
+    spheres = [Sphere((x, 0.0, 0.0), (-0.01 * np.sign(x), 0.0, 0.0)) for x in places]
+    small = (-0.03, 0.03)
+    scene = Scene(spheres, box=((-0.1, 0.1), small, small), lines=film)
+    monkeypatch.setenv("LD_PRELOAD", str(Path(PROGRAM).parent / "count_use.so"))
+    sums = []
+    for steps in (20, 40):
+        counts = folder / f"{len(places)}-{len(film)}-{steps}"
+        counts.mkdir()
+        monkeypatch.setenv("BEDLOAD_COUNTS", str(counts))
+        scene.run(folder, steps, ranks=2)
+        told = [json.loads(file.read_text()) for file in counts.glob("*.json")]
+        sums.append([t["sums"] for t in told if t["program"] == "liggghts-with-styles"])
+        assert len(sums[-1]) == 2 and len(set(sums[-1])) == 1
+    return (sums[1][0] - sums[0][0]) / 20
+
+
+@pytest.mark.parametrize("row, most", [("apart", 1), ("pair", 1), ("three", 3)])
+def test_sums_over_ranks(tmp_path, monkeypatch, row, most):
+    """Films take one sum over the ranks in a step, and where some share a sphere one more in each iteration:
+    two films of one sphere are solved for in two. So it is with no film at all."""
+    near = D + 1e-4
+    places = {"apart": [-0.02, 0.02], "pair": [-near / 2, near / 2], "three": [-near, 0.0, near + 1e-4]}[row]
+    film = ["fix film all lubrication viscosity 1e-2 range 4e-4"]
+    without = sums_of_a_step(tmp_path, monkeypatch, places, [])
+    assert sums_of_a_step(tmp_path, monkeypatch, places, film) - without == pytest.approx(most, abs=0.051)

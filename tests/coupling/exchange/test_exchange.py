@@ -1,6 +1,7 @@
 """The exchange between the two programs, with a stand-in for the fluid: what arrives, on any numbers of
 ranks, and how a job ends when something is wrong."""
 
+import json
 import os
 import re
 import signal
@@ -10,7 +11,7 @@ import time
 import numpy as np
 import pytest
 
-from programs import ENVIRONMENT, LAYOUTS, LIMIT, SCENES, command, liggghts, run, stand_in, wait_for
+from programs import BIN, ENVIRONMENT, LAYOUTS, LIMIT, SCENES, command, liggghts, run, stand_in, wait_for
 
 COLLISIONS_BOX = ("--length", "2", "1.5", "1")
 
@@ -161,6 +162,36 @@ def edited(tmp_path, script, old, new):
     assert old in text
     (tmp_path / "edited.liggghts").write_text(text.replace(old, new))
     return tmp_path / "edited.liggghts"
+
+
+def messages(folder, ranks):
+    """Messages of the busiest rank of each program in a whole job of four steps, as many ranks in both, along z
+    in a box as long as they are many, so that each has three partners."""
+    text = (SCENES / "free_flight.liggghts").read_text()
+    for old, new in {"processors      * 1 1": "processors      1 1 *",
+                     "block 0 4 0 2 0 2 ": f"block 0 4 0 2 0 {3 * ranks} "}.items():  # fmt: skip
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "long.liggghts").write_text(text)
+    counts = folder / f"counts{ranks}"
+    counts.mkdir()
+    counted = ["env", f"BEDLOAD_COUNTS={counts}", f"LD_PRELOAD={BIN / 'count_use.so'}"]
+    fluid = stand_in("--length", "4", "2", str(3 * ranks), "--z-parts", str(ranks), "--steps", "4")
+    result = run(command(counted + fluid, counted + liggghts(folder / "long.liggghts"), (ranks, ranks)), folder)
+    assert result.status == 0 and result.number("misrouted") == 0, result.output
+    found = {"stand_in_fluid": [], "bedload-dem": []}
+    for file in counts.glob("*.json"):
+        told = json.loads(file.read_text(encoding="utf-8"))
+        if told["program"] in found:
+            found[told["program"]].append(told["messages"])
+    assert [len(each) for each in found.values()] == [ranks, ranks]
+    return {program: max(each) for program, each in found.items()}
+
+
+def test_messages_do_not_grow_with_the_ranks(tmp_path):
+    """Hand-shake, partners, steps and farewell. One message from each rank to each rank of the other program
+    would make two more on six ranks than on four."""
+    assert messages(tmp_path, 4) == messages(tmp_path, 6)
 
 
 FIX = "fix             fluid all couple/fluid fixed bed"
