@@ -96,7 +96,8 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
   if (!resume) write_spheres();
 }
 
-/// How large spheres.h5 will become, one sentence; empty without mobile spheres.
+/// How large spheres.h5 will become and how far grains go between samples, one sentence; empty
+/// without mobile spheres.
 template <class Real>
 std::string RunOutput<Real>::size_of_samples() const {
   const Channel<Real>& channel = simulation_.channel();
@@ -112,8 +113,10 @@ std::string RunOutput<Real>::size_of_samples() const {
   const double bytes = static_cast<double>(mobile) * SphereWriter::row_bytes;
   return fmt::format(
       "spheres.h5 will grow by {:.3g} MB: {} mobile spheres, {:.0f} samples of {:.3g} kB "
-      "(output.spheres_every)\n\n",
-      1e-6 * samples * bytes, mobile, samples, 1e-3 * bytes);
+      "(output.spheres_every), between which a grain as fast as reference.velocity moves {:.2g} of "
+      "reference.diameter\n\n",
+      1e-6 * samples * bytes, mobile, samples, 1e-3 * bytes,
+      every * settings_.reference.velocity / settings_.reference.diameter);
 }
 
 /// Says each of them once in a run.

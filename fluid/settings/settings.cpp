@@ -190,7 +190,8 @@ void declare_keys(Settings& s, Visitor& key) {
   key.number("output.fields_every", s.output.fields_every, "T", not_negative, Need::optional,
              "Time between field snapshots; 0: only the end.");
   key.number("output.spheres_every", s.output.spheres_every, "T", not_negative, Need::optional,
-             "Time between samples of the mobile spheres; 0: every step.");
+             "Time between samples of the mobile spheres; 0: every step. A tenth of a diameter at "
+             "the reference velocity is enough for paths and states.");
   key.number("output.fixed_every", s.output.fixed_every, "T", not_negative, Need::optional,
              "Time between samples of the fluid's force on each fixed sphere; 0: only the end.");
   key.integer("output.history_every", s.output.history_every, "-", Range{1, 1 << 30},

@@ -351,3 +351,16 @@ def test_liggghts_follows_a_time_step_that_follows_the_flow(tmp_path):
     weight = mass * np.array([0.0, -0.5, 0.0])
     np.testing.assert_allclose(change, path[1:, 3] + weight, rtol=0, atol=1e-11)
     assert max(float(row["momentum_residual"]) for row in history) < 1e-13
+
+
+@pytest.mark.parametrize(("every", "samples"), [(0.0, 11), (0.06, 4)])
+def test_says_how_large_the_samples_become(tmp_path, every, samples):
+    """Before the first step, and so it is: ten steps of 0.02, the start among the samples, 152 B a grain."""
+    result = job(tmp_path, "--steps", "10", "--set", f"output.spheres_every={every}")
+    found = re.search(r"grow by (\S+) MB: 2 mobile spheres, (\d+) samples of 0.304 kB .* moves (\S+) of reference.dia",
+                      result.output)
+    assert found, result.output
+    said = [float(word) for word in found.groups()]
+    assert said == pytest.approx([2 * 152e-6 * samples, samples, max(every, 0.02)], rel=1e-2)
+    which, _ = mobile_spheres(tmp_path)
+    assert len(np.unique(which[:, 0])) == samples
