@@ -163,7 +163,7 @@ void declare_keys(Settings& s, Visitor& key) {
   key.number("spheres.deferred_impulse_share", s.spheres.deferred_impulse_share, "-",
              Range{0.0, 1.0}, Need::optional,
              "Share of a mobile sphere's deferred impulse (what changed inside it between two "
-             "forcings) that it gets per stage; 0: density/(density + 2 fluid density).");
+             "forcings) that it gets per stage; 0: density/(density + 4 fluid density).");
   key.number("spheres.deferred_angular_share", s.spheres.deferred_angular_share, "-",
              Range{0.01, 1.0}, Need::optional,
              "Share of the angular impulse due to a mobile sphere that it gets per stage; large "
