@@ -85,7 +85,7 @@ void Channel<Real>::move_spheres(std::span<const SphereState> moved) {
   check_in_cubes(settings_.file, grid_, moved);
   if (!boundary_)
     boundary_ = std::make_unique<ImmersedBoundary<Real>>(settings_, grid_, decomposition_);
-  boundary_->move_spheres(moved);
+  boundary_->move_spheres(moved, next_stage_ == 0);
 }
 
 template <class Real>

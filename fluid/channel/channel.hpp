@@ -170,6 +170,7 @@ class Channel {
 
   double dt_, dt_made_, time_ = 0.0;
   std::int64_t step_ = 0;
+  int next_stage_ = 0;
   int predicted_ = 0;            ///< planes of u* that stand in the velocity before project()
   double streamwise_sum_ = 0.0;  ///< of u at the end of the last step, all ranks
   double fastest_ = 0.0;         ///< largest |u|+|v|+|w|, all ranks

@@ -73,7 +73,7 @@ class DispersionCorrection {
   void add(const Grid& grid, const Decomposition& decomposition, int component, const Vec3& centre,
            double radius, std::span<const Neighbour> neighbours = {});
 
-  /// gain += what the points around sphere number `n` give in a stage of length `dt` [T] when it
+  /// gain += what the points around sphere number `n` give in a time `dt` [T] when it
   /// moves as `motion` says. Returns the moment that the fluid gets of it about the sphere's
   /// centre, velocity times cells times length. The velocity's ghosts near the sphere are valid;
   /// what the gain's get stands for the points behind them.

@@ -89,25 +89,28 @@ void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> all) {
   set_mobile(all);
   find_planes_reached();
   if (!fixed_stay) place_fixed();
-  place_mobile();
+  place_mobile(true);
 }
 
 template <class Real>
-void ImmersedBoundary<Real>::move_spheres(std::span<const SphereState> mobile) {
+void ImmersedBoundary<Real>::move_spheres(std::span<const SphereState> mobile, bool begins_step) {
   if (mobile.empty() && mobile_.empty() && decomposition_.ranks() == 1) return;
   const bool stay = set_mobile(mobile);
-  if (all_stay(stay)) return;
+  const Change change = most_of_all(begins_step && !(stay && weighed_here_) ? Change::weigh
+                                    : stay                                  ? Change::none
+                                                                            : Change::place);
+  if (change == Change::none) return;
   find_planes_reached();
-  place_mobile();
+  place_mobile(change == Change::weigh);
 }
 
-/// Whether the mobile spheres are where their markers are, on every rank: a rank whose spheres stay
-/// still has a part in the weights of its neighbours' markers.
+/// What is to be done on every rank: one whose spheres stay still has a part in the weights of its
+/// neighbours' markers.
 template <class Real>
-bool ImmersedBoundary<Real>::all_stay(bool here) const {
-  int moved = here ? 0 : 1;
-  MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPI_INT, MPI_MAX, decomposition_.comm());
-  return moved == 0;
+typename ImmersedBoundary<Real>::Change ImmersedBoundary<Real>::most_of_all(Change here) const {
+  int most = static_cast<int>(here);
+  MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, decomposition_.comm());
+  return static_cast<Change>(most);
 }
 
 /// Keeps the mobile ones among `all` that are near this rank's block. Returns whether these are the
@@ -123,6 +126,7 @@ bool ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
                    .imposed = sphere,
                    .home = blocks_.home(sphere.position),
                    .memory = {},
+                   .volumes = {},
                    .share = {}});
   }
   std::sort(now.begin(), now.end(),
@@ -135,6 +139,7 @@ bool ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
         return a.state.tag == b.state.tag && a.state.radius == b.state.radius &&
                a.state.position == b.state.position;
       });
+  keep_volumes(now);
   mobile_ = std::move(now);
   find_partners();
   return stay;
@@ -195,7 +200,7 @@ Slip ImmersedBoundary<Real>::slip(const Field<Real>& velocity) const {
 }
 
 template <class Real>
-void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, double step,
+void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, double carry_time,
                                    bool measure) {
   assert(mobile_.empty() || stage_started_);
   stage_started_ = false;
@@ -208,7 +213,7 @@ void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, dou
   };
   int loops = 0;
   halo_.refresh(velocity);
-  correct_dispersion(velocity, stage_step, step);
+  correct_dispersion(velocity, carry_time);
   SlipSums before = find_increments(velocity), after = before;
   while (true) {
     halo_.clear_ghosts(velocity);
@@ -234,11 +239,12 @@ void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, dou
 
 /// Ghosts near the spheres are valid before and after.
 template <class Real>
-void ImmersedBoundary<Real>::correct_dispersion(Field<Real>& velocity, double stage_step,
-                                                double step) {
+void ImmersedBoundary<Real>::correct_dispersion(Field<Real>& velocity, double carry_time) {
+  for (Mobile& sphere : mobile_) sphere.carried_moment.setZero();
+  if (carry_time == 0.0) return;
   for (std::size_t n = 0; n < mobile_.size(); ++n) {
     const SphereState& sphere = mobile_[n].state;
-    const double time = dispersion_share(sphere, grid_.h, step) * stage_step;
+    const double time = dispersion_share(sphere, grid_.h, carry_time) * carry_time;
     mobile_[n].carried_moment = dispersion_.find(n, sphere, grid_, time, velocity, scratch_);
   }
   mobile_halo_.collect(scratch_);

@@ -80,9 +80,10 @@ class ImmersedBoundary {
 
   /// The mobile spheres as they are now: all that are near this rank's block; others may be among
   /// them. New ones may have come and old ones be gone; those that stay keep their restart data,
-  /// by tag, also where they change rank. Markers are found and weighed anew unless no mobile
-  /// sphere of the run has moved. Throws UserError as set_spheres().
-  void move_spheres(std::span<const SphereState> mobile);
+  /// by tag, also where they change rank. Markers are found anew unless no mobile sphere of the run
+  /// has moved; they are weighed anew where the next stage `begins_step`, and keep their volumes to
+  /// the end of the step: only there may spheres be new. Throws UserError as set_spheres().
+  void move_spheres(std::span<const SphereState> mobile, bool begins_step = true);
 
   /// Takes the momentum inside the mobile spheres from the velocity before the predictor.
   void start_stage(const Field<Real>& velocity);
@@ -94,15 +95,17 @@ class ImmersedBoundary {
     return halo_.crosses_planes() ? decomposition_.planes() : planes_reached_;
   }
 
-  /// Adds the forcing of a stage of length `stage_step` of a step of length `step` [T] to the
-  /// velocity (three components). Ghosts of ranks and of x are made valid near spheres, other ones,
-  /// and those beyond walls, are neither used nor changed. With `measure` the slip that is left is
-  /// measured, at half a loop's cost. Ranks wait only for neighbours that have spheres in common
-  /// with them, unless a tolerance is set.
-  void force(Field<Real>& velocity, double stage_step, double step, bool measure = false);
+  /// Adds the forcing of a stage of length `stage_step` [T] to the velocity (three components). The
+  /// spheres' layers are carried along for `carry_time` [T] before: a whole step in its first
+  /// stage, 0 (not at all) in the others. Ghosts of ranks and of x are made valid near spheres,
+  /// other ones, and those beyond walls, are neither used nor changed. With `measure` the slip that
+  /// is left is measured, at half a loop's cost. Ranks wait only for neighbours that have spheres
+  /// in common with them, unless a tolerance is set.
+  void force(Field<Real>& velocity, double stage_step, double carry_time, bool measure = false);
 
-  /// How often the mobile spheres' markers were found and weighed.
+  /// How often the mobile spheres' markers were found, and how often they were weighed.
   int placings() const { return placings_; }
+  int weighings() const { return weighings_; }
   /// Loops of the last forcing; the same on every rank.
   int loops() const { return applied_.loops; }
   /// Force of this rank's markers on the fluid, mean over the last forcing's stage [M L/T^2]; their
@@ -159,15 +162,20 @@ class ImmersedBoundary {
     SphereState imposed;  ///< by its markers: with the excess spin
     int home = 0;         ///< rank that holds its centre
     SphereMemory memory;
+    /// Of the markers, in cells, by component and place in the layout; on every rank that is near.
+    std::array<std::vector<Real>, 3> volumes;
     Share share;                         ///< this rank's
     Vec3 carried_moment = Vec3::Zero();  ///< on the fluid by dispersion_, as share.applied_moment
   };
   /// By rank: indices of the spheres that are near both that rank and this one.
   using Partners = std::map<int, std::vector<int>>;
 
+  /// What is to be done about the mobile spheres' markers, the more the greater.
+  enum class Change : int { none, place, weigh };
   bool set_mobile(std::span<const SphereState> all);
-  bool all_stay(bool here) const;
+  Change most_of_all(Change here) const;
   void hand_over_memories(std::vector<Mobile>& now) const;
+  void keep_volumes(std::vector<Mobile>& now);
   void find_partners();
   std::vector<Share> complete_shares() const;
   double reaction_share(const SphereState& sphere) const;
@@ -176,18 +184,20 @@ class ImmersedBoundary {
   void place_fixed();
   SphereBins mobile_bins();
   void find_neighbours(std::size_t n, const SphereBins& mobile);
-  void place_mobile();
+  void place_mobile(bool weighed);
   void find_planes_reached();
   std::span<const int> all_of(const MarkerList<Real>& list);
   void weigh_fixed();
   void find_near_mobile();
   void restore_near_mobile();
   void weigh_mobile();
+  void share_volumes();
+  void use_volumes();
   template <class Use>
   SlipSums local_slip(const Field<Real>& velocity, Use use) const;
   SlipSums find_increments(const Field<Real>& velocity);
   bool within_tolerance(double local_max) const;
-  void correct_dispersion(Field<Real>& velocity, double stage_step, double step);
+  void correct_dispersion(Field<Real>& velocity, double carry_time);
   void sum_applied(double stage_step);
 
   Grid grid_;
@@ -223,7 +233,8 @@ class ImmersedBoundary {
   std::vector<int> indices_;                     ///< 0, 1, 2, ...
   Field<Real> scratch_;  ///< planes up to the highest sphere; zero between calls
   int planes_reached_ = 0;
-  int placings_ = 0;
+  int placings_ = 0, weighings_ = 0;
+  bool weighed_here_ = true;  ///< the mobile spheres' markers, where these are now
   bool stage_started_ = false;
   Applied applied_;
   MarkerSeconds seconds_;

@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include "fluid/grid/mpi_records.hpp"
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
 #include "fluid/immersed_boundary/marker_volume.hpp"
+#include "fluid/immersed_boundary/neighbour_messages.hpp"
 #include "fluid/immersed_boundary/stopwatch.hpp"
 
 // Where the spheres' markers are, and how much fluid each of them stands for.
@@ -19,6 +21,8 @@ namespace {
 constexpr double shared_reach = 2.5;
 
 constexpr std::array<std::size_t, 3> components{0, 1, 2};
+
+constexpr int found_volumes_message = 24, all_volumes_message = 25;  // message tags
 
 }  // namespace
 
@@ -129,8 +133,11 @@ void ImmersedBoundary<Real>::find_neighbours(std::size_t n, const SphereBins& mo
                       [&](int other) { note(fixed_[static_cast<std::size_t>(other)], false); });
 }
 
+/// Finds the mobile spheres' markers and the cells inside. Once a step also their volumes and the
+/// points of the layers that go with them (`weighed`): from stage to stage a sphere goes so short a
+/// way that both hardly change.
 template <class Real>
-void ImmersedBoundary<Real>::place_mobile() {
+void ImmersedBoundary<Real>::place_mobile(bool weighed) {
   const Stopwatch watch(seconds_.placing);
   ++placings_;
   halo_.reset();
@@ -147,21 +154,27 @@ void ImmersedBoundary<Real>::place_mobile() {
     mobile_halo_.mark(sphere.position, sphere.radius);
     const int layout = layout_of(sphere.radius);
     markers.place(sphere.position, layouts_[static_cast<std::size_t>(layout)]);
-    find_neighbours(n, bins);
+    if (weighed) find_neighbours(n, bins);
     for (const std::size_t c : components) {
       markers.append(mobile_lists_[c], scratch_, decomposition_, static_cast<int>(c),
                      static_cast<int>(n), layout, nothing);
       interior_.add(scratch_, grid_, decomposition_, static_cast<int>(c), sphere.position,
                     sphere.radius);
-      dispersion_.add(grid_, decomposition_, static_cast<int>(c), sphere.position, sphere.radius,
-                      neighbours_);
+      if (weighed)
+        dispersion_.add(grid_, decomposition_, static_cast<int>(c), sphere.position, sphere.radius,
+                        neighbours_);
     }
   }
   halo_.finish();
   mobile_halo_.finish();
   for (MarkerList<Real>& list : mobile_lists_) list.finish();
+  weighed_here_ = weighed;
+  if (!weighed) return use_volumes();
+  ++weighings_;
   restore_near_mobile();
-  if (!mobile_.empty()) weigh_mobile();
+  if (mobile_.empty()) return;
+  weigh_mobile();
+  share_volumes();
 }
 
 /// Indices of all markers of a list.
@@ -277,11 +290,82 @@ void ImmersedBoundary<Real>::weigh_mobile() {
   mobile_halo_.clear_touched(scratch_);
 }
 
+/// The volumes of the spheres that stay, by tag, go over to `now`.
+template <class Real>
+void ImmersedBoundary<Real>::keep_volumes(std::vector<Mobile>& now) {
+  auto old = mobile_.begin();
+  for (Mobile& sphere : now) {
+    while (old != mobile_.end() && old->state.tag < sphere.state.tag) ++old;
+    if (old == mobile_.end()) break;
+    if (old->state.tag == sphere.state.tag && old->state.radius == sphere.state.radius)
+      sphere.volumes = std::move(old->volumes);
+  }
+}
+
+/// Tells all ranks near a sphere the volumes of all its markers: on its way through the step some
+/// may go over to another rank. The rank that holds the centre adds up what the others found.
+template <class Real>
+void ImmersedBoundary<Real>::share_volumes() {
+  for (Mobile& sphere : mobile_) {
+    const MarkerLayout& layout = layouts_[static_cast<std::size_t>(layout_of(sphere.state.radius))];
+    for (std::vector<Real>& volumes : sphere.volumes) volumes.assign(layout.offsets.size(), Real{});
+  }
+  for (const std::size_t c : components) {
+    const MarkerList<Real>& list = mobile_lists_[c];
+    for (const auto& range : list.ranges) {
+      std::vector<Real>& volumes = mobile_[static_cast<std::size_t>(range.sphere)].volumes[c];
+      for (auto m = static_cast<std::size_t>(range.begin); m < static_cast<std::size_t>(range.end);
+           ++m)
+        volumes[static_cast<std::size_t>(list.offset[m])] = list.volume[m];
+    }
+  }
+  const auto use_all = [this](const std::vector<int>& spheres, auto use) {
+    for (const int n : spheres)
+      for (std::vector<Real>& volumes : mobile_[static_cast<std::size_t>(n)].volumes)
+        for (Real& volume : volumes) use(volume);
+  };
+  const auto pass = [&](int tag, const Partners& senders, const Partners& receivers, auto take) {
+    std::map<int, std::vector<double>> leaving, coming;
+    for (const auto& [rank, spheres] : receivers)
+      use_all(spheres, [&message = leaving[rank]](Real v) { message.push_back(double{v}); });
+    for (const auto& [rank, spheres] : senders) {
+      std::size_t numbers = 0;
+      use_all(spheres, [&numbers](Real) { ++numbers; });
+      coming[rank].resize(numbers);
+    }
+    exchange_numbers(decomposition_.comm(), tag, leaving, coming);
+    for (const auto& [rank, spheres] : senders) {
+      const double* next = coming[rank].data();
+      use_all(spheres, [&](Real& v) { take(v, static_cast<Real>(*next++)); });
+    }
+  };
+  pass(found_volumes_message, guests_, homes_, [](Real& here, Real found) { here += found; });
+  pass(all_volumes_message, homes_, guests_, [](Real& here, Real all) { here = all; });
+}
+
+/// Volumes of the step's begin for the markers as they are now. A rank that a sphere has come near
+/// to since does not know them, but no sphere goes so far in a step that its markers are there.
+template <class Real>
+void ImmersedBoundary<Real>::use_volumes() {
+  for (const std::size_t c : components) {
+    MarkerList<Real>& list = mobile_lists_[c];
+    for (const auto& range : list.ranges) {
+      const std::vector<Real>& volumes = mobile_[static_cast<std::size_t>(range.sphere)].volumes[c];
+      for (auto m = static_cast<std::size_t>(range.begin); m < static_cast<std::size_t>(range.end);
+           ++m)
+        list.volume[m] =
+            volumes.empty() ? Real{1} : volumes[static_cast<std::size_t>(list.offset[m])];
+    }
+  }
+}
+
 template void ImmersedBoundary<float>::find_planes_reached();
 template void ImmersedBoundary<float>::place_fixed();
-template void ImmersedBoundary<float>::place_mobile();
+template void ImmersedBoundary<float>::place_mobile(bool);
+template void ImmersedBoundary<float>::keep_volumes(std::vector<Mobile>&);
 template void ImmersedBoundary<double>::find_planes_reached();
 template void ImmersedBoundary<double>::place_fixed();
-template void ImmersedBoundary<double>::place_mobile();
+template void ImmersedBoundary<double>::place_mobile(bool);
+template void ImmersedBoundary<double>::keep_volumes(std::vector<Mobile>&);
 
 }  // namespace bedload

@@ -4,9 +4,9 @@
 #include <numbers>
 #include <type_traits>
 
-#include "fluid/grid/mpi_records.hpp"
 #include "fluid/immersed_boundary/excess_spin.hpp"
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
+#include "fluid/immersed_boundary/neighbour_messages.hpp"
 
 // What the mobile spheres get: the ranks' shares added up, loads, and impulses that are
 // deferred from stage to stage and from rank to rank.
@@ -15,22 +15,6 @@ namespace bedload {
 namespace {
 
 constexpr int memory_message = 21, share_message = 22, spin_message = 23;  // message tags
-
-/// Sends and receives one message per rank; lengths are known on both sides.
-void exchange(MPI_Comm comm, int tag, const std::map<int, std::vector<double>>& leaving,
-              std::map<int, std::vector<double>>& coming) {
-  std::vector<MPI_Request> requests;
-  const auto length = [](const auto& message) {
-    return mpi_count(message.size(), "numbers to send");
-  };
-  for (auto& [rank, message] : coming)
-    MPI_Irecv(message.data(), length(message), MPI_DOUBLE, rank, tag, comm,
-              &requests.emplace_back());
-  for (const auto& [rank, message] : leaving)
-    MPI_Isend(message.data(), length(message), MPI_DOUBLE, rank, tag, comm,
-              &requests.emplace_back());
-  MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
-}
 
 constexpr std::size_t memory_numbers = 3 * SphereMemory::vector_names.size() + 1;
 
@@ -78,7 +62,7 @@ void ImmersedBoundary<Real>::hand_over_memories(std::vector<Mobile>& now) const 
       coming[old.home].resize(receivers[old.home].size() * memory_numbers);
     }
   }
-  exchange(decomposition_.comm(), memory_message, leaving, coming);
+  exchange_numbers(decomposition_.comm(), memory_message, leaving, coming);
   for (const auto& [rank, spheres] : receivers)
     for (std::size_t m = 0; m < spheres.size(); ++m)
       now[spheres[m]].memory = read_memory(coming[rank].data() + m * memory_numbers);
@@ -111,7 +95,7 @@ void ImmersedBoundary<Real>::share_excess_spins() {
     for (const int n : spheres)
       leaving[rank].insert(leaving[rank].end(), excess(n).data(), excess(n).data() + 3);
   for (const auto& [rank, spheres] : homes_) coming[rank].resize(3 * spheres.size());
-  exchange(decomposition_.comm(), spin_message, leaving, coming);
+  exchange_numbers(decomposition_.comm(), spin_message, leaving, coming);
   for (const auto& [rank, spheres] : homes_)
     for (std::size_t m = 0; m < spheres.size(); ++m)
       excess(spheres[m]) = Vec3(coming[rank].data() + 3 * m);
@@ -136,7 +120,7 @@ std::vector<typename ImmersedBoundary<Real>::Share> ImmersedBoundary<Real>::comp
                   &mobile_[static_cast<std::size_t>(spheres[m])].share, sizeof(Share));
   }
   for (const auto& [rank, spheres] : guests_) coming[rank].resize(spheres.size() * numbers);
-  exchange(decomposition_.comm(), share_message, leaving, coming);
+  exchange_numbers(decomposition_.comm(), share_message, leaving, coming);
   std::vector<Share> shares(mobile_.size());
   for (std::size_t n = 0; n < mobile_.size(); ++n) shares[n] = mobile_[n].share;
   for (const auto& [rank, spheres] : guests_)
