@@ -16,6 +16,9 @@ from numpy.typing import ArrayLike
 from .batches import Estimate
 
 IN_MOTION = 0.1  # share of moving grains at the threshold (Vowinckel, Kempe & Froehlich)
+# Shields number at which single grains move that stand 0.82 D above the grains under them, as in the pockets of
+# a hexagonal layer: Fenton & Abbott, Proc. R. Soc. Lond. A 352 (1977). Shields' curve is for level beds.
+EXPOSED_THRESHOLD = 0.01
 WONG_PARKER_THRESHOLD, WONG_PARKER_POWER, WONG_PARKER_FACTOR = 0.047, 1.6, 4.93
 
 

@@ -71,6 +71,16 @@ def verdict(found: Threshold, points: Sequence[Point], expected: float) -> str:
     return f"{found}: begins to move {side} than Shields' curve, {expected:.4f}, by a factor {factor:.2f}"
 
 
+def beside_exposed(found: Threshold) -> str:
+    """The same beside the threshold of exposed grains; empty where none was found."""
+    if math.isnan(found.value):
+        return ""
+    exposed = motion.EXPOSED_THRESHOLD
+    if found.holds(exposed):
+        return f"; agrees with that of exposed grains, {exposed:g}"
+    return f"; {found.value / exposed:.2f} times that of exposed grains, {exposed:g}"
+
+
 def draw(found: Experiment, file: Path) -> None:
     """Share of grains in motion and transport rate over the Shields number."""
     figure, (share, rate) = plt.subplots(1, 2, figsize=(9.5, 4.0), layout="constrained")
@@ -88,6 +98,7 @@ def draw(found: Experiment, file: Path) -> None:
     span = np.array([min(p.shields for p in found.points), max(p.shields for p in found.points)])
     share.axhline(motion.IN_MOTION, color="#999999", lw=0.8, ls="--")
     share.axvline(found.shields_threshold, color="#999999", lw=0.8, ls=":", label="Shields' curve")
+    share.axvline(motion.EXPOSED_THRESHOLD, color="#999999", lw=0.8, ls="-.", label="exposed grains, Fenton & Abbott 1977")
     fine = np.geomspace(motion.WONG_PARKER_THRESHOLD * 1.01, max(span[1], 0.05), 60)
     rate.plot(fine, motion.wong_parker(fine), color="black", lw=1, ls="--", label="Wong & Parker 2006")
     share.set(xlabel="Shields number θ", ylabel="share of grains faster than 0.01 u_b", xscale="log",
@@ -140,8 +151,13 @@ def as_text(found: Experiment, motion_drawn: bool = False) -> str:
     ]
     for model in found.models:
         points = found.of(model)
-        said = verdict(motion.threshold_of_share(points), points, expected)
-        lines.append(f"- {model}: {said}.")
+        threshold = motion.threshold_of_share(points)
+        lines.append(f"- {model}: {verdict(threshold, points, expected)}{beside_exposed(threshold)}.")
+    lines += [
+        "",
+        "Shields' curve is for grains in a level bed. Grains that lie on a fixed layer, in its pockets, stand 0.82 D "
+        f"above the grains under them; such grains moved at θ = {motion.EXPOSED_THRESHOLD:g} (Fenton & Abbott 1977).",
+    ]
     if motion_drawn:
         lines += ["", "Where and when grains move, at the Shields number nearest to Shields' curve:", "",
                   "![Share of grains in motion over x and time](motion.png)"]  # fmt: skip

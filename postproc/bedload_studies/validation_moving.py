@@ -98,39 +98,61 @@ def crossing(runner: Runner) -> Result:
     return result
 
 
-def oblique(runner: Runner) -> Result:
-    """Free fall at Ga 178.46, where the wake is steady and oblique (Uhlmann & Dusek 2014), D/h = 12, 15.
+def _long_fall(runner: Runner, label: str, galileo: float, density: float, stream: float, n: int,
+               end: float) -> dict[str, np.ndarray]:  # fmt: skip
+    """A sphere that settles into its way over a long time; `down` and `across` are velocities in u_g.
 
-    The stream is as fast as the reference falls, so that the sphere stays far from the inflow behind the fringe
-    while it settles into its way.
+    The stream is as fast as the reference falls, so that the sphere stays far from the inflow behind the fringe.
     """
+    gravity, length = 1.0 / (density - 1.0), 20.0
+    cells = round(16.0 / 3.0 * n)
+    run = runner("settling", label, {
+        "fluid.kinematic_viscosity": 1.0 / galileo, "fluid.gravity": [-gravity, 0.0, 0.0],
+        "grid.cells": [round(length * n), cells, cells], "grid.length": [length, cells / n, cells / n],
+        "flow.bulk_velocity": stream, "fringe.velocity": stream,
+        "fringe.begin": length - 4.0, "fringe.end": length,
+        "time.step": 0.3 / n, "time.end": end,
+    }, {"density": density, "gravity": gravity, "stream": stream, "length": length, "width": cells / n,
+        "x": 5.03, "y": 0.5 * cells / n + 0.04, "z": 0.5 * cells / n - 0.03, "falling": 1.0, "across": 0.15})  # fmt: skip
+    motion = _motion(run)
+    velocity = motion["velocity"]
+    return {"time": motion["time"], "down": stream - velocity[:, 0],
+            "across": np.hypot(velocity[:, 1], velocity[:, 2]), "spin": motion["angular_velocity"]}  # fmt: skip
+
+
+def oblique(runner: Runner) -> Result:
+    """Free fall at Ga 178.46, where the wake is steady and oblique (Uhlmann & Dusek 2014), D/h = 12, 15."""
     result = Result("Free fall, Ga = 178.46, density ratio 1.5", axes=("t u_g / D", "u / u_g"))
-    galileo, stream, width, length = 178.46, 1.356, 16.0 / 3.0, 20.0
-    gravity, end, late_from = 2.0, 120.0, 100.0
+    end, late_from = 120.0, 100.0
     for n, bound in ((12, None), (15, 0.025)):
-        cells = round(width * n)
-        run = runner("settling", f"oblique-{n}", {
-            "fluid.kinematic_viscosity": 1.0 / galileo, "fluid.gravity": [-gravity, 0.0, 0.0],
-            "grid.cells": [round(length * n), cells, cells], "grid.length": [length, cells / n, cells / n],
-            "flow.bulk_velocity": stream, "fringe.velocity": stream,
-            "fringe.begin": length - 4.0, "fringe.end": length,
-            "time.step": 0.3 / n, "time.end": end,
-        }, {"stream": stream, "length": length, "width": cells / n, "x": 5.03, "y": 0.5 * cells / n + 0.04,
-            "z": 0.5 * cells / n - 0.03, "falling": 1.0, "across": 0.15})  # fmt: skip
-        motion = _motion(run)
-        time, v = motion["time"], motion["velocity"]
-        late = time > late_from
-        down = stream - v[:, 0]
-        across = np.hypot(v[:, 1], v[:, 2])
-        spin = float(np.linalg.norm(motion["angular_velocity"][late].mean(axis=0)))
+        fall = _long_fall(runner, f"oblique-{n}", 178.46, 1.5, 1.356, n, end)
+        late = fall["time"] > late_from
+        spin = float(np.linalg.norm(fall["spin"][late].mean(axis=0)))
         mean = f"mean over t = {late_from:g} to {end:g}"
-        result.rows.append(Row(f"vertical velocity, D/h = {n}, {mean}", float(down[late].mean()),
+        result.rows.append(Row(f"vertical velocity, D/h = {n}, {mean}", float(fall["down"][late].mean()),
                                1.356, bound, source="Uhlmann & Dusek 2014, spectral"))  # fmt: skip
         result.rows.append(Row(f"horizontal velocity, D/h = {n} (spin {spin:.3f} u_g/D)",
-                               float(across[late].mean()), 0.1245,
+                               float(fall["across"][late].mean()), 0.1245,
                                source="Uhlmann & Dusek 2014, spectral"))  # fmt: skip
-        result.curves.append(Curve(f"down, D/h = {n}", *_thin(time, down)))
-        result.curves.append(Curve(f"across, D/h = {n}", *_thin(time, across)))
+        for name in ("down", "across"):
+            result.curves.append(Curve(f"{name}, D/h = {n}", *_thin(fall["time"], fall[name])))
+    return result
+
+
+def mordant15(runner: Runner) -> Result:
+    """Free fall of a larger glass bead, Ga 255 (Mordant & Pinton 2000, case 2), where the wake sheds vortices."""
+    result = Result("Free fall, Ga = 255.35: a glass bead of 1.5 mm in water", axes=("t u_g / D", "u / u_g"))
+    diameter, ratio = 1.5e-3, 2.56
+    u_g = math.sqrt((ratio - 1.0) * 9.81 * diameter)
+    measured, end, late_from, n = 0.218 / u_g, 100.0, 30.0, 15
+    fall = _long_fall(runner, f"mordant15-{n}", 255.35, ratio, round(measured, 2), n, end)
+    late = fall["time"] > late_from
+    result.rows.append(Row(f"vertical velocity, D/h = {n}, mean over t = {late_from:g} to {end:g} (from "
+                           f"{fall['down'][late].min():.3f} to {fall['down'][late].max():.3f})",
+                           float(fall["down"][late].mean()), measured, 0.04,
+                           source="Mordant & Pinton 2000"))  # fmt: skip
+    for name in ("down", "across"):
+        result.curves.append(Curve(f"{name}, D/h = {n}", *_thin(fall["time"], fall[name])))
     return result
 
 
@@ -470,6 +492,6 @@ def kissing(runner: Runner) -> Result:
 
 
 CASES = {
-    "crossing": crossing, "uhlmann": uhlmann, "oblique": oblique, "choices": choices, "mordant": mordant,
+    "crossing": crossing, "uhlmann": uhlmann, "oblique": oblique, "mordant15": mordant15, "choices": choices, "mordant": mordant,
     "light": light, "box": box, "rebound": rebound, "rebound27": rebound27, "kissing": kissing,
 }  # fmt: skip

@@ -116,6 +116,13 @@ def test_the_report_says_what_its_numbers_say(tmp_path):
     assert "begins to move earlier" in (tmp_path / "README.md").read_text(encoding="utf-8")
 
 
+def test_a_threshold_stands_beside_that_of_exposed_grains():
+    beside, threshold = threshold_report.beside_exposed, incipient_motion.Threshold
+    assert beside(threshold(math.nan, math.nan, math.nan)) == ""
+    assert "agrees with that of exposed grains, 0.01" in beside(threshold(0.012, 0.009, 0.015))
+    assert "1.40 times that of exposed grains" in beside(threshold(0.014, 0.0127, 0.015))
+
+
 def test_a_verdict_follows_the_interval():
     verdict = threshold_report.verdict
     agrees = incipient_motion.Threshold(0.03, 0.02, 0.04)
