@@ -9,20 +9,11 @@
 #include "fluid/channel/start_field.hpp"
 #include "fluid/grid/diffusion_limit.hpp"
 #include "fluid/grid/division.hpp"
+#include "fluid/grid/mpi_ranks.hpp"
 #include "fluid/settings/errors.hpp"
 #include "fluid/validation/validate.hpp"
 
 namespace bedload {
-namespace {
-
-int rank_count(MPI_Comm comm) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
-  return ranks;
-}
-
-}  // namespace
-
 template <class Real>
 Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
                        std::span<const SphereState> spheres, const Cuts& cuts)
@@ -30,7 +21,7 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
       grid_(make_grid(settings)),
       decomposition_(grid_, comm,
                      cuts.y.empty()
-                         ? choose_cuts(grid_, spheres, rank_count(comm), settings.ranks.along_z,
+                         ? choose_cuts(grid_, spheres, size_of(comm), settings.ranks.along_z,
                                        settings.spheres.forcing_loops)
                          : cuts),
       walls_(grid_, decomposition_),

@@ -5,20 +5,10 @@
 #include <exception>
 #include <numeric>
 
+#include "fluid/grid/mpi_ranks.hpp"
+
 namespace bedload {
 namespace {
-
-int size_of(MPI_Comm comm) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
-  return ranks;
-}
-
-int rank_in(MPI_Comm comm) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  return rank;
-}
 
 MPI_Comm split(MPI_Comm comm, int colour) {
   MPI_Comm part = MPI_COMM_NULL;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "fluid/grid/mpi_ranks.hpp"
 #include "fluid/grid/mpi_records.hpp"
 
 namespace bedload {
@@ -17,8 +18,7 @@ namespace bedload {
 template <class Record>
 std::vector<Record> send_to_ranks(MPI_Comm comm, const std::vector<std::vector<Record>>& to) {
   constexpr int tag = 31;
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
+  const int rank = rank_in(comm);
   const auto me = static_cast<std::size_t>(rank);
   const RecordType<Record> record;
   std::vector<int> is_receiver(to.size());

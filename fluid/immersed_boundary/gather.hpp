@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "fluid/grid/mpi_ranks.hpp"
 #include "fluid/grid/mpi_records.hpp"
 
 namespace bedload {
@@ -14,8 +15,7 @@ namespace bedload {
 /// itself never needs all spheres in one place. Collective.
 template <class Record>
 std::vector<Record> gather_by_tag(MPI_Comm comm, std::span<const Record> mine) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
+  const int ranks = size_of(comm);
   const RecordType<Record> record;
   const int count = mpi_count(mine.size(), "records");
   std::vector<int> counts(static_cast<std::size_t>(ranks)), places;
@@ -31,9 +31,7 @@ std::vector<Record> gather_by_tag(MPI_Comm comm, std::span<const Record> mine) {
 /// own only, so that what they hold does not grow with the number of ranks. Collective.
 template <class Record>
 std::vector<Record> gather_on_first(MPI_Comm comm, std::span<const Record> mine) {
-  int ranks = 1, rank = 0;
-  MPI_Comm_size(comm, &ranks);
-  MPI_Comm_rank(comm, &rank);
+  const int ranks = size_of(comm), rank = rank_in(comm);
   const RecordType<Record> record;
   const int count = mpi_count(mine.size(), "records");
   std::vector<int> counts(rank == 0 ? static_cast<std::size_t>(ranks) : 0), places;

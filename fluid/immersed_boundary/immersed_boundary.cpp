@@ -242,6 +242,7 @@ template <class Real>
 void ImmersedBoundary<Real>::correct_dispersion(Field<Real>& velocity, double carry_time) {
   for (Mobile& sphere : mobile_) sphere.carried_moment.setZero();
   if (carry_time == 0.0) return;
+  assert(weighed_here_);  // the layers' points are found together with the markers' volumes
   for (std::size_t n = 0; n < mobile_.size(); ++n) {
     const SphereState& sphere = mobile_[n].state;
     const double time = dispersion_share(sphere, grid_.h, carry_time) * carry_time;

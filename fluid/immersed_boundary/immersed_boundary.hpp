@@ -97,10 +97,10 @@ class ImmersedBoundary {
 
   /// Adds the forcing of a stage of length `stage_step` [T] to the velocity (three components). The
   /// spheres' layers are carried along for `carry_time` [T] before: a whole step in its first
-  /// stage, 0 (not at all) in the others. Ghosts of ranks and of x are made valid near spheres,
-  /// other ones, and those beyond walls, are neither used nor changed. With `measure` the slip that
-  /// is left is measured, at half a loop's cost. Ranks wait only for neighbours that have spheres
-  /// in common with them, unless a tolerance is set.
+  /// stage, which begins_step in move_spheres(), 0 (not at all) in the others. Ghosts of ranks and
+  /// of x are made valid near spheres, other ones, and those beyond walls, are neither used nor
+  /// changed. With `measure` the slip that is left is measured, at half a loop's cost. Ranks wait
+  /// only for neighbours that have spheres in common with them, unless a tolerance is set.
   void force(Field<Real>& velocity, double stage_step, double carry_time, bool measure = false);
 
   /// How often the mobile spheres' markers were found, and how often they were weighed.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 
 #include "fluid/grid/mpi_records.hpp"
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
@@ -146,7 +147,8 @@ void ImmersedBoundary<Real>::place_mobile(bool weighed) {
   interior_.clear();
   dispersion_.clear();
   SphereMarkers markers(grid_);
-  const SphereBins bins = mobile_bins();
+  std::optional<SphereBins> bins;
+  if (weighed) bins.emplace(mobile_bins());
   const auto nothing = [](const Vec3&) { return false; };
   for (std::size_t n = 0; n < mobile_.size(); ++n) {
     const SphereState& sphere = mobile_[n].state;
@@ -154,7 +156,7 @@ void ImmersedBoundary<Real>::place_mobile(bool weighed) {
     mobile_halo_.mark(sphere.position, sphere.radius);
     const int layout = layout_of(sphere.radius);
     markers.place(sphere.position, layouts_[static_cast<std::size_t>(layout)]);
-    if (weighed) find_neighbours(n, bins);
+    if (weighed) find_neighbours(n, *bins);
     for (const std::size_t c : components) {
       markers.append(mobile_lists_[c], scratch_, decomposition_, static_cast<int>(c),
                      static_cast<int>(n), layout, nothing);

@@ -6,16 +6,11 @@
 #include <numeric>
 #include <tuple>
 
+#include "fluid/grid/mpi_ranks.hpp"
 #include "fluid/grid/send_to_ranks.hpp"
 
 namespace bedload {
 namespace {
-
-int size_of(MPI_Comm comm) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
-  return ranks;
-}
 
 /// The rows of even ranges of tags, each range on one rank: by ascending instants and tags.
 std::vector<SphereRow> by_range_of_tags(MPI_Comm comm, const std::vector<SphereRow>& rows) {
@@ -60,8 +55,6 @@ std::vector<SphereRow> loads_added_up(const std::vector<SphereRow>& rows) {
 
 SphereRows ordered_by_tag(MPI_Comm comm, const std::vector<SphereRow>& rows, std::size_t samples,
                           std::uint64_t few) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
   std::vector<SphereRow> whole = loads_added_up(by_range_of_tags(comm, rows));
 
   SphereRows ordered;
@@ -71,7 +64,7 @@ SphereRows ordered_by_tag(MPI_Comm comm, const std::vector<SphereRow>& rows, std
   const int count = mpi_count(samples, "samples of the spheres");
   MPI_Allreduce(MPI_IN_PLACE, ordered.of_sample.data(), count, MPI_UINT64_T, MPI_SUM, comm);
   MPI_Exscan(mine.data(), place.data(), count, MPI_UINT64_T, MPI_SUM, comm);
-  if (rank == 0) std::fill(place.begin(), place.end(), 0);  // MPI leaves it open there
+  if (rank_in(comm) == 0) std::fill(place.begin(), place.end(), 0);  // MPI leaves it open there
   std::uint64_t all = 0;
   for (std::size_t n = 0; n < samples; ++n) {
     place[n] += all;

@@ -12,6 +12,7 @@
 #include "fluid/files/collectively.hpp"
 #include "fluid/files/hdf5_file.hpp"
 #include "fluid/files/resumable_file.hpp"
+#include "fluid/grid/mpi_ranks.hpp"
 
 namespace bedload {
 namespace {
@@ -78,9 +79,7 @@ SphereWriter::SphereWriter(const std::string& folder, MPI_Comm comm,
       last_flush_(MPI_Wtime()),
       few_(few) {
   MPI_Comm_dup(comm, &comm_);
-  int rank = 0;
-  MPI_Comm_rank(comm_, &rank);
-  is_first_ = rank == 0;
+  is_first_ = rank_in(comm_) == 0;
   on_first_rank(comm_, [&] {
     if (resume_after < 0 || !resume_or_set_aside(path_, [&] { resume_file(resume_after); }))
       create_file(spheres);

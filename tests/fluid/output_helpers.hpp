@@ -15,20 +15,12 @@
 #include "fluid/grid/field.hpp"
 #include "fluid/grid/flow_view.hpp"
 #include "fluid/grid/grid.hpp"
+#include "fluid/grid/mpi_ranks.hpp"
 #include "fluid/settings/errors.hpp"
 
 namespace bedload::test {
 
-inline int size_of(MPI_Comm comm) {
-  int size = 1;
-  MPI_Comm_size(comm, &size);
-  return size;
-}
-inline int world_rank() {
-  int rank = 0;
-  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  return rank;
-}
+inline int world_rank() { return rank_in(MPI_COMM_WORLD); }
 inline int world_size() { return size_of(MPI_COMM_WORLD); }
 
 /// A folder of one test for all ranks, removed at its end.

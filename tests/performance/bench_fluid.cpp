@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "fluid/channel/channel.hpp"
+#include "fluid/grid/mpi_ranks.hpp"
 #include "fluid/output/bandwidth.hpp"
 #include "fluid/poisson/fftw.hpp"
 #include "fluid/settings/errors.hpp"
@@ -40,12 +41,6 @@ double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size();
   return 0.5 * (values[(n - 1) / 2] + values[n / 2]);
-}
-
-int ranks_of(MPI_Comm comm) {
-  int ranks = 0;
-  MPI_Comm_size(comm, &ranks);
-  return ranks;
 }
 
 /// Seconds of `work`, from all ranks ready to the last one done.
@@ -95,7 +90,7 @@ double sum_over_ranks(double value) {
 
 /// What the last rank has, on the first.
 std::array<double, flow_phases> on_last_rank(std::array<double, flow_phases> phases) {
-  MPI_Bcast(phases.data(), flow_phases, MPI_DOUBLE, ranks_of(MPI_COMM_WORLD) - 1, MPI_COMM_WORLD);
+  MPI_Bcast(phases.data(), flow_phases, MPI_DOUBLE, size_of(MPI_COMM_WORLD) - 1, MPI_COMM_WORLD);
   return phases;
 }
 
@@ -228,8 +223,8 @@ void print_row(const Words& words, const Row& row, bool with_phases, const std::
       R"("bytes_sent_per_cell": {:.2f}, "triad_gb_s": {:.2f}, "triad_gb_s_range": [{:.2f}, {:.2f}], )"
       R"("roofline_fraction": {:.3f}, "commit": "{}"}})"
       "\n",
-      words.grid, words.y, words.spheres, ranks_of(MPI_COMM_WORLD), row.decomposition,
-      row.precision, words.diffusion, median(row.rates), *slowest, *fastest, median(row.fluid_ns),
+      words.grid, words.y, words.spheres, size_of(MPI_COMM_WORLD), row.decomposition, row.precision,
+      words.diffusion, median(row.rates), *slowest, *fastest, median(row.fluid_ns),
       row.bytes_per_cell, row.sent_per_cell, median(row.triads), *least, *most, median(fractions),
       commit);
   if (with_phases)

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fluid/grid/decomposition.hpp"
+#include "fluid/grid/mpi_ranks.hpp"
 #include "fluid/immersed_boundary/gather.hpp"
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
 #include "fluid/settings/errors.hpp"
@@ -34,12 +35,6 @@ SphereState sphere(std::int64_t tag, Vec3 position, bool mobile, double radius =
           .angular_velocity = Vec3::Zero(),
           .radius = radius,
           .mobile = mobile};
-}
-
-int size_of(MPI_Comm comm) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
-  return ranks;
 }
 
 /// A flow on one communicator: the whole box for MPI_COMM_SELF, a block of it for MPI_COMM_WORLD,
