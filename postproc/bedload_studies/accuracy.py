@@ -12,13 +12,17 @@ import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from bedload_launcher.errors import unknown
+from bedload_launcher.errors import UserError, unknown
 from bedload_launcher.job import Ranks
 from bedload_launcher.words import read_rows
 
 from . import accuracy_scene
 from .accuracy_cases import CASES, PricedRunner, choices
 from .accuracy_report import write_report
+from .earlier_run import add_start_from
+
+
+OF_A_SCENE = ("quantity", "model", "ranks", "set", "start_from")
 
 
 @dataclass(frozen=True)
@@ -88,6 +92,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", help="of a SCENE: as for run")
     parser.add_argument("--ranks", metavar="FLUID:DEM", help="of a SCENE: as for run")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="of a SCENE: as for run")
+    add_start_from(parser)
     parser.add_argument("--case", action="append", metavar="NAME", help=f"of {', '.join(CASES)}")
     parser.add_argument("--runs", type=Path, default=Path("runs/accuracy"), help="where runs go")
     parser.add_argument("--again", action="store_true", help="repeat what the table has already")
@@ -97,6 +102,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     if options.scene is not None:
         return accuracy_scene.run(options)
+    if needless := [name for name in OF_A_SCENE if vars(options)[name]]:
+        raise UserError(f"--{needless[0].replace('_', '-')} is for a SCENE of one's own, and none is given.")
     for name in options.case or []:
         if name not in CASES:
             raise unknown("case", name, CASES)

@@ -22,6 +22,7 @@ from bedload_launcher.scenes import Scene, choose_model, find_scene
 from bedload_launcher.words import end_of, say
 from bedload_post.batches import Estimate
 
+from .earlier_run import EarlierRun
 from .scene_answers import Priced, chosen, difference, interleaved, run_once
 
 matplotlib.use("Agg")
@@ -186,14 +187,16 @@ def run(options) -> int:
     out = options.report or options.runs / scene.name
     out.mkdir(parents=True, exist_ok=True)
 
+    beginning = EarlierRun.of(options.start_from) if options.start_from else None
+
     def work(steps: int | None, *keys: str) -> job.Job:
         dense = ("output.history_every=1", "output.fields_every=0.0", "output.spheres_every=0.0")
         return job.Job(scene, model, ranks, out, [*dense, *options.set, *keys], steps)
 
     say(f"bedload: trying {TRIAL_STEPS} steps")
     began = time.monotonic()
-    start = run_once(work(1))
-    trial = run_once(work(1 + TRIAL_STEPS), start.price)
+    start = run_once(work(1), beginning=beginning)
+    trial = run_once(work(1 + TRIAL_STEPS), start.price, beginning)
     step_seconds = trial.price / TRIAL_STEPS / ranks.fluid
     tried = choices(scene, trial.settings)
     step, end = trial.settings["time"]["step"], trial.settings["time"]["end"]
@@ -201,7 +204,7 @@ def run(options) -> int:
     until = f"time.end={steps * step!r}"
     say(f"bedload: {len(tried)} choices over {steps} of the scene's steps, t = {steps * step:g}")
     works = [
-        (lambda keys=choice.keys: run_once(work(None, until, *keys), start.price)) for choice in tried
+        (lambda keys=choice.keys: run_once(work(None, until, *keys), start.price, beginning)) for choice in tried
     ]
     runs = interleaved(works, began + 3600.0 * options.hours, say)
     if not isinstance(runs[0], Priced):

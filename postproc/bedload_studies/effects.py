@@ -29,6 +29,7 @@ from bedload_launcher.scenes import INPUTS, Scene, choose_model, find_scene
 from bedload_launcher.verdicts import LEAVE_OUT, TOLERANCE
 from bedload_launcher.words import end_of, say
 
+from .earlier_run import EarlierRun, add_start_from
 from .scene_answers import Priced, Series, chosen, difference, interleaved, run_once
 
 REPEATS, FEWEST_STEPS = 4, 40
@@ -192,6 +193,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", help="as for run")
     parser.add_argument("--ranks", metavar="FLUID:DEM", help="as for run")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as for run")
+    add_start_from(parser)
     parser.add_argument("--quantity", metavar="NAME", help="what is judged (default: the first that moves of grain "
                         "velocity, driving force, flow energy)")  # fmt: skip
     parser.add_argument("--steps", type=int, help="of each run (default: as many as fit into --hours)")
@@ -207,6 +209,7 @@ def run(options: argparse.Namespace) -> int:
     ranks = job.Ranks.parse(options.ranks)
     out = options.out or Path("runs") / f"effects-{scene.name}"
     out.mkdir(parents=True, exist_ok=True)
+    beginning = EarlierRun.of(options.start_from) if options.start_from else None
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="bedload-effects-") as folder:
         bare = without_lubrication(scene, model, Path(folder)) if scene.moves_grains else scene
@@ -214,7 +217,8 @@ def run(options: argparse.Namespace) -> int:
         def once(variant: Variant, steps: int, start: float = 0.0) -> Priced:
             keys = ["output.history_every=1", *options.set, *variant.keys]
             used = scene if variant.lubrication else bare
-            return run_once(job.Job(used, variant.model or model, ranks, out, keys, steps), start)
+            work = job.Job(used, variant.model or model, ranks, out, keys, steps)
+            return run_once(work, start, beginning)
 
         as_it_is = Variant("the scene", "as it is")
         start = once(as_it_is, 1)

@@ -26,7 +26,7 @@ from bedload_post.models_report import Bed, Comparison, make_case, write
 from bedload_post.outputs import MissingOutput, Run
 
 from . import made_by, turbulence
-from .grains_file import write_grains
+from .earlier_run import EarlierRun
 
 START_UP = 3.0  # flow-throughs L_x/u_b, of a scene that does not say
 PAPER_MODELS = ("rpm", "rpm_hw", "actm", "actm_hw")
@@ -219,34 +219,24 @@ def start_up(options: argparse.Namespace, scene: Scene) -> float:
         return START_UP
 
 
-def earlier(member: Member, start_from: Path | None) -> Path | None:
+def earlier(member: Member, start_from: Path | None) -> EarlierRun | None:
     """The earlier run that this one begins with: of its name, or the bed's of any with grains."""
-    if start_from is None:
-        return None
-    folder = start_from / member.out.name
-    if not (folder / "state.h5").is_file():
-        raise UserError(f"--start-from {start_from}: {folder.name} there has no state.h5, the flow at "
-                        "a run's end.")  # fmt: skip
-    return folder.resolve()
+    return None if start_from is None else EarlierRun.of(start_from / member.out.name)
 
 
 def begin(member: Member, start_from: Path | None) -> list[str]:
     """Keys of fluid.toml for a flow that an earlier run left."""
-    folder = earlier(member, start_from)
-    if folder is None:
-        return []
-    return ['start.from="state"', f'start.file="{folder / "state.h5"}"']
+    run = earlier(member, start_from)
+    return [] if run is None else run.keys()
 
 
 def placed(member: Member, start_from: Path | None) -> dict[str, str]:
     """Variables of in.liggghts for grains where an earlier run left them."""
-    folder = earlier(member, start_from)
-    if folder is None or not member.grains:
+    run = earlier(member, start_from)
+    if run is None or not member.grains:
         return {}
-    file = member.out / "grains.liggghts"
-    if not file.is_file():
-        write_grains(Run(folder), file)
-    return {"placing": "placed"}
+    run.place(member.out)
+    return run.variables(member.scene)
 
 
 def run_member(

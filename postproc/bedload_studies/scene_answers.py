@@ -22,6 +22,8 @@ from bedload_launcher.memory import MemoryWatch
 from bedload_post.batches import Estimate, estimate
 from bedload_post.outputs import MissingOutput, Run
 
+from .earlier_run import EarlierRun
+
 MOVING = 0.01  # of u_b: slower grains rest, as in states.py
 FEWEST = 4  # values of a series that has a mean
 LEAST_SECONDS, MOST_REPEATS = 3.0, 6  # a run is repeated until it has cost that much in all
@@ -132,16 +134,28 @@ class Priced:
         return enough and (len(self.core_seconds) >= MOST_REPEATS or not self.spread > SPREAD)
 
 
-def run_once(work: job.Job, start_seconds: float = 0.0) -> Priced:
-    """Runs `work` in a folder that is thrown away; processor seconds without `start_seconds`.
+def begun_from(beginning: EarlierRun | None, work: job.Job) -> job.Job:
+    """The same work, its flow and grains those of the end of an earlier run."""
+    if beginning is None:
+        return work
+    grains = beginning.variables(work.scene)
+    if grains:
+        beginning.place(work.out)
+    return replace(work, overrides=[*beginning.keys(), *work.overrides], variables=dict(work.variables) | grains)
+
+
+def run_once(work: job.Job, start_seconds: float = 0.0, beginning: EarlierRun | None = None) -> Priced:
+    """Runs `work` in a folder that is thrown away, as it stands or from where an earlier run ended; processor
+    seconds without `start_seconds`.
 
     Raises UserError with the program's own words when it fails.
     """
     with tempfile.TemporaryDirectory(prefix="bedload-answer-") as folder:
         out = Path(folder)
+        work = begun_from(beginning, replace(work, out=out))
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         with (out / "words").open("w") as words, subprocess.Popen(
-            replace(work, out=out).command(), cwd=work.scene.folder, env=job.environment(),
+            work.command(), cwd=work.scene.folder, env=job.environment(),
             stdin=subprocess.DEVNULL, stdout=words, stderr=subprocess.STDOUT,
             preexec_fn=job.dies_with_us(),
         ) as running, MemoryWatch(os.getpid()) as memory:  # fmt: skip

@@ -86,7 +86,7 @@ def test_grains_begin_where_an_earlier_run_left_them(tmp_path, started):
     scene = find_scene("setup2_small")
     member = models.members(options("--out", str(now), "--models", "actm", "--no-bed"), scene)[0]
     ranks = job.Ranks(1, 1)
-    with pytest.raises(UserError, match="setup2_small-actm there has no state.h5"):
+    with pytest.raises(UserError, match="setup2_small-actm has no state.h5"):
         models.run_member(member, ranks, [], before)
     (old.folder / "state.h5").touch()
     models.run_member(member, ranks, [], before)

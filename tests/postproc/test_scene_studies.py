@@ -4,11 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from bedload_launcher import job
 from bedload_launcher.errors import UserError
+from bedload_launcher.scenes import find_scene
 from bedload_post.batches import Estimate
 from bedload_post.outputs import Run
 from bedload_studies import accuracy_scene, effects, scene_answers, stability_scene
 from bedload_studies.accuracy_scene import Choice, remaining, richardson
+from bedload_studies.earlier_run import EarlierRun
 from bedload_studies.scene_answers import Priced, Series
 from bedload_studies.stability_scene import Knob, bisected, complaint
 from synthetic import Story, even, write_run
@@ -67,6 +70,33 @@ def test_runs_go_in_turn_until_their_costs_are_numbers():
     order.clear()
     scene_answers.interleaved([work("a", 0.1)], 0.0)
     assert order == ["a"]  # the time is up
+
+
+def test_runs_begin_where_an_earlier_one_ended(tmp_path):
+    """Flow and grains; of a scene without grains the flow alone; a script that cannot place them is refused."""
+    story = Story(position=(3.0, 2.5, 4.0)).piece(5.0).piece(5.0, velocity=(0.4, 0.0, 0.3))
+    folder = write_run(tmp_path / "run", even(story))
+    with pytest.raises(UserError, match="run has no state.h5"):
+        EarlierRun.of(folder)
+    (folder / "state.h5").touch()
+    beginning = EarlierRun.of(folder)
+
+    def work(name):
+        out = tmp_path / name
+        out.mkdir()
+        return job.Job(find_scene(name), None, job.Ranks(1, 1), out, ["time.end=3"], variables={"density": "2"})
+
+    begun = scene_answers.begun_from(beginning, work("setup2_small"))
+    assert begun.overrides == ['start.from="state"', f'start.file="{folder / "state.h5"}"', "time.end=3"]
+    assert begun.variables == {"density": "2", "placing": "placed"}
+    assert "create_atoms 2 single" in (begun.out / "grains.liggghts").read_text()
+    begun = scene_answers.begun_from(beginning, work("channel180"))
+    assert begun.variables == {"density": "2"}
+    assert not list(begun.out.iterdir())
+    with pytest.raises(UserError, match="no line 'variable placing"):
+        scene_answers.begun_from(beginning, work("exposed_sphere"))
+    same = work("setup1_small")
+    assert scene_answers.begun_from(None, same) is same
 
 
 # --- Accuracy --------------------------------------------------------------------------------------------
