@@ -33,6 +33,7 @@ from .earlier_run import EarlierRun, add_start_from
 from .scene_answers import Priced, Series, chosen, difference, interleaved, run_once
 
 REPEATS, FEWEST_STEPS = 4, 40
+HELD = ("hold", "1")  # of the scripts in inputs/: the grains stay where they are
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,7 @@ class Variant:
     keys: tuple[str, ...] = ()
     model: str | None = None
     lubrication: bool = True
+    variables: tuple[tuple[str, str], ...] = ()  # of in.liggghts
     turned_off: bool = False  # the scene has the effect and this run has not; else the other way round
 
 
@@ -73,6 +75,9 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
             yield Variant("buoyancy", "off", ('spheres.buoyancy="off"',), turned_off=True)
         if spheres["pressure_share"] > 0.0:
             yield Variant("old pressure", "off", ("spheres.pressure_share=0.0",), turned_off=True)
+    if HELD[0] in scene.variables({"model": model} if model else {}):
+        # What moving boundaries cost, and the most that letting grains fall asleep could save.
+        yield Variant("moving boundary", "grains held", variables=(HELD,), turned_off=True)
     if model:
         names = {m.stem for m in (INPUTS / "models").glob("*.liggghts")}
         if model.endswith("_hw") and model.removesuffix("_hw") in names:
@@ -217,7 +222,7 @@ def run(options: argparse.Namespace) -> int:
         def once(variant: Variant, steps: int, start: float = 0.0) -> Priced:
             keys = ["output.history_every=1", *options.set, *variant.keys]
             used = scene if variant.lubrication else bare
-            work = job.Job(used, variant.model or model, ranks, out, keys, steps)
+            work = job.Job(used, variant.model or model, ranks, out, keys, steps, dict(variant.variables))
             return run_once(work, start, beginning)
 
         as_it_is = Variant("the scene", "as it is")

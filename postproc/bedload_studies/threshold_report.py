@@ -158,7 +158,8 @@ def as_text(found: Experiment, motion_drawn: bool = False) -> str:
     lines += [
         "",
         "Shields' curve is for grains in a level bed. Grains that lie on a fixed layer, in its pockets, stand 0.82 D "
-        f"above the grains under them; such grains moved at θ = {motion.EXPOSED_THRESHOLD:g} (Fenton & Abbott 1977).",
+        "above the grains under them; such grains are reported to move from "
+        f"θ = {motion.EXPOSED_THRESHOLD:g} on (Fenton & Abbott 1977).",
     ]
     if motion_drawn:
         lines += ["", "Where and when grains move, at the Shields number nearest to Shields' curve:", "",

@@ -61,3 +61,12 @@ def test_lubrication_is_offered_where_there_is_some(tmp_path):
     assert effects.lubrication_fixes(effects.scene_script(scene, "mine")) == ["film"]
     mine.write_text(text + line + "\nunfix film\n")
     assert effects.lubrication_fixes(effects.scene_script(scene, "mine")) == []
+
+
+def test_moving_boundaries_are_priced_where_the_script_can_hold_its_grains(tmp_path):
+    settings = {"fluid": {"gravity": [0.0, -1.0, 0.0]}, "time": {"cfl": 0.0}, "statistics": {"every": 0},
+                "spheres": {"forcing_loops": 1, "pressure_share": 0.0, "interior_term": "on", "buoyancy": "on"},
+                "accuracy": {"precision": "double"}, "coupling": {"dem_steps": 15, "exchange": "stage"}}  # fmt: skip
+    held = [v for v in effects.variants(find_scene("setup2_small"), "actm_hw", settings) if v.variables]
+    assert [(v.effect, v.variables, v.turned_off) for v in held] == [("moving boundary", (("hold", "1"),), True)]
+    assert not any(v.variables for v in effects.variants(own_scene(tmp_path), "actm_hw", settings))
