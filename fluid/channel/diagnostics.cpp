@@ -24,7 +24,7 @@ double kinetic_energy_integral(const Field<Real>& velocity, const Grid& grid,
       double plane = 0.0;
       for (int k = 0; k < velocity.nz(); ++k) {
         const Real* q = velocity.row(j, k, c);
-        for (int i = 0; i < velocity.nx(); ++i) plane += double(q[i]) * double(q[i]);
+        plane += row_total(velocity.nx(), [q](int i) { return double(q[i]) * double(q[i]); });
       }
       const int global = decomposition.first() + j;
       sum += plane * (c == 1 ? grid.gap(global) : grid.thickness(global));
@@ -50,15 +50,13 @@ double viscous_loss_integral(const Field<Real>& velocity, const Grid& grid,
         const Real* q = velocity.row(j, k, c);
         const Real *up = velocity.row(j + 1, k, c), *down = velocity.row(j - 1, k, c);
         const Real *front = velocity.row(j, k + 1, c), *back = velocity.row(j, k - 1, c);
-        double row = 0.0;
-        for (int i = 0; i < velocity.nx(); ++i) {
+        sum -= row_total(velocity.nx(), [&](int i) {
           const double here = double(q[i]);
           const double level =
               double(q[i - 1]) + double(q[i + 1]) + double(front[i]) + double(back[i]) - 4.0 * here;
-          row -= here * (height * level + above * (double(up[i]) - here) -
+          return here * (height * level + above * (double(up[i]) - here) -
                          below * (here - double(down[i])));
-        }
-        sum += row;
+        });
       }
     }
   }
@@ -77,14 +75,12 @@ double pressure_power_integral(const Field<Real>& velocity, const Field<Real>& p
       const Real *u = velocity.row(j, k, 0), *v = velocity.row(j, k, 1), *w = velocity.row(j, k, 2);
       const Real *p = pressure.row(j, k), *above = pressure.row(j + 1, k);
       const Real* front = pressure.row(j, k + 1);
-      double row = 0.0;
-      for (int i = 0; i < velocity.nx(); ++i) {
+      sum += row_total(velocity.nx(), [&](int i) {
         const double here = double(p[i]);
-        row += height * (double(u[i]) * (double(p[i + 1]) - here) +
+        return height * (double(u[i]) * (double(p[i + 1]) - here) +
                          double(w[i]) * (double(front[i]) - here)) +
                double(v[i]) * (double(above[i]) - here);
-      }
-      sum += row;
+      });
     }
   }
   return grid.cell_volume() / grid.h * all_ranks(sum, MPI_SUM, decomposition.comm());

@@ -35,16 +35,23 @@ void correct_row(int nx, Real factor, Real factor_y, Real shift, std::size_t com
   for (int i = 0; i < nx; ++i) to_w[i] = w[i] - factor * (phi_front[i] - phi[i]);
 }
 
-/// Sum of a row in double, in eight interleaved parts: independent of how it is vectorised.
-template <class Real>
-double row_sum(int nx, const Real* row) {
+/// Sum of term(i), i = 0 .. nx - 1, in double, in eight interleaved parts: independent of how it is
+/// vectorised.
+template <class Term>
+double row_total(int nx, const Term& term) {
   constexpr int parts = 8;
   double sum[parts] = {};
   int i = 0;
   for (; i + parts <= nx; i += parts)
-    for (int n = 0; n < parts; ++n) sum[n] += static_cast<double>(row[i + n]);
-  for (; i < nx; ++i) sum[0] += static_cast<double>(row[i]);
+    for (int n = 0; n < parts; ++n) sum[n] += term(i + n);
+  for (; i < nx; ++i) sum[0] += term(i);
   return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+}
+
+/// Sum of a row in double.
+template <class Real>
+double row_sum(int nx, const Real* row) {
+  return row_total(nx, [row](int i) { return static_cast<double>(row[i]); });
 }
 
 /// Largest |u| + stretch |v| + |w| of a row, `stretch` being h over the height of its cells (NaN
