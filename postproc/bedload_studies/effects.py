@@ -176,11 +176,14 @@ def compare(variant: Variant, run: Priced | str, base: Priced, name: str, since:
         sentence = end_of(run) or run.strip().splitlines()[-1]
         nan = math.nan
         return Compared(variant.effect, variant.state, nan, nan, nan, nan, nan, "open", sentence)
-    change, half = paired(run.answers[name], base.answers[name], since)
     time_ratio = run.price / base.price
+    if name in run.answers:
+        change, half = paired(run.answers[name], base.answers[name], since)
+        verdict = judged(variant.turned_off, change, half, time_ratio, math.hypot(run.spread, base.spread))
+    else:  # grains that are held have no velocity
+        change, half, verdict = math.nan, math.nan, "needed"
     return Compared(
-        variant.effect, variant.state, time_ratio, run.spread, run.megabytes / base.megabytes, change, half,
-        judged(variant.turned_off, change, half, time_ratio, math.hypot(run.spread, base.spread)),
+        variant.effect, variant.state, time_ratio, run.spread, run.megabytes / base.megabytes, change, half, verdict,
         keys="; ".join(variant.keys),
     )  # fmt: skip
 
@@ -261,6 +264,6 @@ def table_text(rows: list[Compared]) -> str:
             lines.append(f"{r.effect:18}{r.state:22}  {r.words}")
             continue
         cost = f"{r.time:.3f} ± {r.spread:.3f}"
-        change = f"{100 * r.change:+.2f} ± {100 * r.interval:.2f}"
+        change = f"{100 * r.change:+.2f} ± {100 * r.interval:.2f}" if math.isfinite(r.change) else "no such answer"
         lines.append(f"{r.effect:18}{r.state:22}{cost:>16}{r.memory:8.2f}{change:>18}  {r.verdict}")
     return "\n".join(lines)

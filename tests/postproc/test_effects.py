@@ -2,10 +2,11 @@
 
 import shutil
 
+import numpy as np
 import pytest
 from bedload_launcher import job
 from bedload_launcher.scenes import INPUTS, Scene, find_scene
-from bedload_studies import effects
+from bedload_studies import effects, scene_answers
 
 
 def own_scene(folder, model="actm_hw"):
@@ -70,3 +71,14 @@ def test_moving_boundaries_are_priced_where_the_script_can_hold_its_grains(tmp_p
     held = [v for v in effects.variants(find_scene("setup2_small"), "actm_hw", settings) if v.variables]
     assert [(v.effect, v.variables, v.turned_off) for v in held] == [("moving boundary", (("hold", "1"),), True)]
     assert not any(v.variables for v in effects.variants(own_scene(tmp_path), "actm_hw", settings))
+
+
+def test_without_the_answer_itself_an_effect_is_needed():
+    """Grains that are held have no velocity; its row keeps the price."""
+    series = scene_answers.Series(np.linspace(0.0, 1.0, 11), np.ones(11))
+    base = scene_answers.Priced([2.0], 100.0, {"grain velocity": series})
+    held = scene_answers.Priced([1.5], 90.0, {"driving force": series})
+    variant = effects.Variant("moving boundary", "grains held", turned_off=True)
+    row = effects.compare(variant, held, base, "grain velocity", 0.5)
+    assert (row.verdict, row.time, row.memory) == ("needed", 0.75, 0.9)
+    assert "no such answer" in effects.table_text([row])
