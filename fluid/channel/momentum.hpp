@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include "fluid/kernels/past_caches.hpp"
 #include "fluid/kernels/simd.hpp"
 
 namespace bedload {
@@ -30,14 +31,15 @@ struct PlaneMetric {
 
 /// Which terms a predictor loop holds; each combination is compiled on its own.
 template <bool HasConvection, bool HasPressure, bool HasOld, bool KeepsTendency, bool IsStretched,
-          bool IsImplicit>
+          bool IsImplicit, bool KeepsPastCaches = false>
 struct Terms {
   static constexpr bool stretched = IsStretched;
   static constexpr bool implicit = IsImplicit;
   static constexpr bool convection = HasConvection;
-  static constexpr bool pressure = HasPressure;  ///< the old pressure gradient
-  static constexpr bool old = HasOld;            ///< the tendency of the stage before
-  static constexpr bool keep = KeepsTendency;    ///< leaves the tendency for the next stage
+  static constexpr bool pressure = HasPressure;         ///< the old pressure gradient
+  static constexpr bool old = HasOld;                   ///< the tendency of the stage before
+  static constexpr bool keep = KeepsTendency;           ///< leaves the tendency for the next stage
+  static constexpr bool past_caches = KeepsPastCaches;  ///< where that goes, if nothing is old
 };
 
 /// The rows that the predictor of cell row (j, k) reads and writes, u, v and w each.
@@ -192,7 +194,7 @@ void predict_row(int nx, const MomentumFactors<Real>& factor, const PlaneMetric<
   const Real height[3] = {cell.height, face.height, cell.height};
   const std::array<Real, 3> given = push;
   Fluxes<Real> east_before = fluxes.east(-width);
-  const auto predict = [&](int i, auto put) __attribute__((always_inline)) {
+  const auto predict = [&](int i, auto put, auto put_tendency) __attribute__((always_inline)) {
     const Fluxes<Real> east = fluxes.east(i), front = fluxes.front(i), north = fluxes.north(i),
                        south = fluxes.south(i);
     Fluxes<Real> n, result;
@@ -217,7 +219,7 @@ void predict_row(int nx, const MomentumFactors<Real>& factor, const PlaneMetric<
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t at = c * component + static_cast<std::size_t>(i);
       put(r.front_flux + at, front[c]);
-      if constexpr (Term::keep) put(r.tendency + at, n[c]);
+      if constexpr (Term::keep) put_tendency(r.tendency + at, n[c]);
       put(r.out[c] + i, result[c]);
     }
     east_before = east;
@@ -228,11 +230,16 @@ void predict_row(int nx, const MomentumFactors<Real>& factor, const PlaneMetric<
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t at = c * component + static_cast<std::size_t>(i);
       __builtin_prefetch(r.ahead + at, 0);
-      if constexpr (Term::old || Term::keep) __builtin_prefetch(r.tendency_ahead + at, 1);
+      if constexpr (!Term::past_caches && (Term::old || Term::keep))
+        __builtin_prefetch(r.tendency_ahead + at, 1);
     }
-    predict(i, [](Real* to, const Vector& values) { store(to, values); });
+    const auto put = [](Real* to, const Vector& values) { store(to, values); };
+    predict(i, put, [&](Real* to, const Vector& values) {
+      Term::past_caches ? store_past_caches(to, values) : put(to, values);
+    });
   }
-  if (i < nx) predict(i, [&](Real* to, const Vector& values) { store_first(nx - i, to, values); });
+  const auto put_rest = [&](Real* to, const Vector& values) { store_first(nx - i, to, values); };
+  if (i < nx) predict(i, put_rest, put_rest);
 }
 
 /// `front_flux` of one row.

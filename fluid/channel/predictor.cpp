@@ -29,12 +29,14 @@ PlaneMetric<Real> face_metric(const Grid& grid, int j) {
 template <class Real>
 Predictor<Real>::Predictor(const Grid& grid, const Decomposition& decomposition,
                            const WallGhosts<Real>& walls, Field<Real>& velocity,
-                           Field<Real>& tendency, Field<Real>& pressure, Tiles tiles)
+                           Field<Real>& tendency, Field<Real>& pressure, Tiles tiles,
+                           std::size_t stays_in_caches)
     : walls_(walls),
       velocity_(velocity),
       tendency_(tendency),
       pressure_(pressure),
       stretched_(grid.stretched()),
+      tendency_past_caches_(tendency.bytes() > stays_in_caches),
       tiles_(tiles) {
   for (int n = 0; n < tiles_.planes; ++n)
     passing_.push_back({AlignedArray<Real>(velocity.row_size() + wide_width<Real>),
@@ -48,7 +50,7 @@ Predictor<Real>::Predictor(const Grid& grid, const Decomposition& decomposition,
 template <class Real>
 void Predictor<Real>::begin_stage(const PredictorStage<Real>& stage) {
   stage_ = stage;
-  loops_ = choose(stage, stretched_);
+  loops_ = choose(stage, stretched_, tendency_past_caches_);
 }
 
 /// Keeps what the last row needs and the first one overwrites where z wraps: row 0 of the plane
@@ -118,7 +120,7 @@ auto with(bool on, Use use) {
 
 template <class Real>
 typename Predictor<Real>::Loops Predictor<Real>::choose(const PredictorStage<Real>& s,
-                                                        bool is_stretched) {
+                                                        bool is_stretched, bool past_caches) {
   const auto loops = []<class Term>(Term) {
     return Loops{&bedload::keep_front_flux<Term, Real>, &bedload::predict_row<Term, Real>};
   };
@@ -126,7 +128,11 @@ typename Predictor<Real>::Loops Predictor<Real>::choose(const PredictorStage<Rea
     return with(is_stretched, [&](auto stretched) {
       const auto rest = [&](auto pressure, auto implicit) {
         constexpr bool c = convection, p = pressure, y = stretched, i = implicit;
-        if (!s.old_tendency) return loops(Terms<c, p, false, true, y, i>{});
+        if (!s.old_tendency)
+          return with(past_caches, [&](auto past) {
+            constexpr bool beyond = past;
+            return loops(Terms<c, p, false, true, y, i, beyond>{});
+          });
         if (s.keep_tendency) return loops(Terms<c, p, true, true, y, i>{});
         return loops(Terms<c, p, true, false, y, i>{});
       };

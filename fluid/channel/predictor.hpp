@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <vector>
 
 #include "fluid/channel/momentum.hpp"
 #include "fluid/channel/wall_ghosts.hpp"
 #include "fluid/grid/decomposition.hpp"
 #include "fluid/grid/field.hpp"
+#include "fluid/kernels/past_caches.hpp"
 #include "fluid/kernels/tiles.hpp"
 
 namespace bedload {
@@ -33,7 +35,8 @@ template <class Real>
 class Predictor {
  public:
   Predictor(const Grid& grid, const Decomposition& decomposition, const WallGhosts<Real>& walls,
-            Field<Real>& velocity, Field<Real>& tendency, Field<Real>& pressure, Tiles tiles);
+            Field<Real>& velocity, Field<Real>& tendency, Field<Real>& pressure, Tiles tiles,
+            std::size_t stays_in_caches = cached_bytes);
 
   void begin_stage(const PredictorStage<Real>& stage);
 
@@ -81,7 +84,7 @@ class Predictor {
                         const PlaneMetric<Real>& face, const std::array<Real, 3>& push,
                         const MomentumRows<Real>&);
   };
-  static Loops choose(const PredictorStage<Real>& stage, bool stretched);
+  static Loops choose(const PredictorStage<Real>& stage, bool stretched, bool past_caches);
 
   void begin_plane(int j, int place);
   const Real* front_row(int j, int k, int place_above) const;
@@ -95,7 +98,7 @@ class Predictor {
 
   const WallGhosts<Real>& walls_;
   Field<Real>&velocity_, &tendency_, &pressure_;
-  bool stretched_;
+  bool stretched_, tendency_past_caches_;
   std::vector<PlaneMetric<Real>> cells_, faces_;  // of the own planes
   Tiles tiles_;
   std::vector<Passing> passing_;

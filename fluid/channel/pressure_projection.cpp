@@ -87,7 +87,11 @@ void PressureProjection<Real>::eliminate_planes(int first, int end, double step)
     flows.clear();
     for (int j = begin; j < std::min(begin + tiles_.planes, end); ++j) {
       flows.push_back(outflow(j, j, step));
-      for (int k = 0; k < decomposition_.rows(); ++k) take_row(flows.back(), k);
+      for (int k = 0; k < decomposition_.rows(); ++k) {
+        const bool last = k + 1 == decomposition_.rows();
+        ask_for(velocity_.row_block(last ? j + 1 : j, last ? 0 : k + 1), velocity_.row_size());
+        take_row(flows.back(), k);
+      }
     }
     eliminate_planes(flows);
   }

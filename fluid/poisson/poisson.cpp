@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fluid/kernels/independent_loop.hpp"
+#include "fluid/kernels/past_caches.hpp"
 #include "fluid/kernels/prefetch.hpp"
 #include "fluid/kernels/simd.hpp"
 
@@ -24,20 +25,18 @@ std::vector<double> mode_eigenvalues(const PlaneTransform<Real>& transform) {
   return eigenvalue;
 }
 
-/// d'_j = c_j (own d_j - below d'_j-1) on one spectral row; `d` holds d_j and is overwritten.
+/// d'_j = c_j (own d_j - below d'_j-1) on one spectral row of `modes` modes, padding included.
+/// Written to `now` and, where there is a `kept`, past the caches to that as well.
 template <int parts, class Real>
-void eliminate_modes(int modes, Real own, Real below, const Real* c, const Real* before,
-                     Real* __restrict d) {
-  for (int m = 0; m < modes; ++m)
-    for (int n = parts * m; n < parts * (m + 1); ++n)
-      d[n] = c[m] * (own * d[n] - below * before[n]);
-}
-
-/// d'_0 = c_0 own d_0.
-template <int parts, class Real>
-void eliminate_first_modes(int modes, Real own, const Real* c, Real* __restrict d) {
-  for (int m = 0; m < modes; ++m)
-    for (int n = parts * m; n < parts * (m + 1); ++n) d[n] *= own * c[m];
+void eliminate_modes(std::size_t modes, Real own, Real below, const Real* c, const Real* d,
+                     const Real* before, Real* now, Real* kept) {
+  for (std::size_t m = 0; m < modes; m += simd_width) {
+    const auto weight = repeated<parts>(load(c + m));
+    const std::size_t n = parts * m;
+    const auto next = weight * (own * load_as(weight, d + n) - below * load_as(weight, before + n));
+    store(now + n, next);
+    if (kept) store_past_caches(kept + n, next);
+  }
 }
 
 /// sum -= scale * factor * value, one factor per mode, where there are factors.
@@ -80,7 +79,7 @@ void substitute_modes(int modes, const Real* c, const Real* d, Real* __restrict 
 
 template <class Real>
 PoissonSolver<Real>::PoissonSolver(const Grid& grid, const Decomposition& decomposition,
-                                   int component, int planes_at_once)
+                                   int component, int planes_at_once, std::size_t stays_in_caches)
     : transform_(make_plane_transform<Real>(grid, component, decomposition)),
       reduced_(grid, decomposition, transform_->size(), transform_->parts()),
       of_pressure_(component == pressure_component),
@@ -92,6 +91,9 @@ PoissonSolver<Real>::PoissonSolver(const Grid& grid, const Decomposition& decomp
   const std::size_t modes = transform_->size(), planes = static_cast<std::size_t>(planes_);
   const std::size_t values = modes * static_cast<std::size_t>(transform_->parts());
   eliminated_ = AlignedArray<Real>(planes * values);
+  past_caches_ = planes * values * sizeof(Real) > stays_in_caches;
+  arriving_ =
+      AlignedArray<Real>(transform_->pitch() * static_cast<std::size_t>(transform_->parts()));
   for (AlignedArray<Real>* plane : {&first_, &outside_, &last_, &above_})
     *plane = AlignedArray<Real>(values);
   for (int n = 0; n <= planes_at_once; ++n)
@@ -202,7 +204,7 @@ template <class Real>
 void PoissonSolver<Real>::ask_to_eliminate(int j, int kz) {
   if (kz == transform_->rows()) return;
   const std::size_t parts = static_cast<std::size_t>(transform_->parts());
-  ask_to_write(&eliminated_[parts * at(j, kz)], parts * transform_->pitch());
+  if (!past_caches_) ask_to_write(&eliminated_[parts * at(j, kz)], parts * transform_->pitch());
   systems_[system_].c.ask_for_row(j, kz);
 }
 
@@ -214,13 +216,14 @@ void PoissonSolver<Real>::eliminate_row(int j, int kz, double scale) {
   const PlaneFactors& factor = factors_[static_cast<std::size_t>(j)];
   const Real own = static_cast<Real>(factor.own * scale * transform_->normalisation());
   const Real before = static_cast<Real>(factor.before);
-  Real* row = &eliminated_[parts * at(j, kz)];
-  transform_->forward_row(real_plane(j).data(), kz, row);
-  const Real* c = system.c.row(j, kz);
-  if (j == 0)
-    eliminate_first_modes<parts>(modes, own, c, row);
-  else
-    eliminate_modes<parts>(modes, own, before, c, &eliminated_[parts * at(j - 1, kz)], row);
+  // The sweep's latest d' is in last_, too, if the others are written past the caches.
+  Real *sweep = &last_[parts * at(0, kz)], *kept = &eliminated_[parts * at(j, kz)];
+  Real* row = past_caches_ ? sweep : kept;
+  if (j == 0) std::fill_n(sweep, parts * transform_->pitch(), Real(0));
+  const Real* below = past_caches_ || j == 0 ? sweep : &eliminated_[parts * at(j - 1, kz)];
+  transform_->forward_row(real_plane(j).data(), kz, arriving_.data());
+  eliminate_modes<parts>(transform_->pitch(), own, before, system.c.row(j, kz), arriving_.data(),
+                         below, row, past_caches_ ? kept : nullptr);
   if (!coupled_below_) return;
   if (j > 0 && kz + 1 < transform_->rows())
     ask_for_product<parts, Real>(modes, system.f.part(j - 1, kz + 1),

@@ -9,6 +9,7 @@
 #include "fluid/grid/decomposition.hpp"
 #include "fluid/grid/field.hpp"
 #include "fluid/grid/grid.hpp"
+#include "fluid/kernels/past_caches.hpp"
 #include "fluid/poisson/mode_coefficients.hpp"
 #include "fluid/poisson/plane_transform.hpp"
 #include "fluid/poisson/reduced_system.hpp"
@@ -43,9 +44,11 @@ template <class Real>
 class PoissonSolver {
  public:
   /// For a velocity component or the pressure; at most `planes_at_once` planes are eliminated or
-  /// substituted at a time. Collective.
+  /// substituted at a time; `stays_in_caches` bytes are found in the caches again on the way down.
+  /// Collective.
   PoissonSolver(const Grid& grid, const Decomposition& decomposition,
-                int component = pressure_component, int planes_at_once = 1);
+                int component = pressure_component, int planes_at_once = 1,
+                std::size_t stays_in_caches = cached_bytes);
 
   /// Changes the shift (0 at first for the pressure, none for a velocity). A new one costs about as
   /// much as eliminate() and substitute() without their transforms, one of the last three nothing
@@ -118,9 +121,11 @@ class PoissonSolver {
   std::vector<System> systems_;      // of the last shifts
   std::size_t system_ = 0;           // the one in use
   AlignedArray<Real> eliminated_;    // d', [plane][row][mode][part]
+  AlignedArray<Real> arriving_;      // d of one row
   AlignedArray<Real> first_;         // g
   AlignedArray<Real> outside_;       // X + W of the rank below
   AlignedArray<Real> last_, above_;  // x_j on the way down, first plane of the rank above
+  bool past_caches_ = false;         // is eliminated_ written
   // Right-hand sides on the way up, solutions on the way down: of one plane more than at a time.
   std::vector<AlignedArray<Real>> real_planes_;
   AlignedArray<Real> excess_;

@@ -14,7 +14,8 @@ namespace {
 /// Cells and ghosts of u* from fields of random numbers, predicted as `tiles` say. A row may be
 /// used when the row before it and the one below are there.
 template <class Real>
-std::vector<Real> predicted(const Grid& grid, const Decomposition& decomposition, Tiles tiles) {
+std::vector<Real> predicted(const Grid& grid, const Decomposition& decomposition, Tiles tiles,
+                            bool old_tendency = true, std::size_t cached = cached_bytes) {
   const int planes = decomposition.planes(), rows = decomposition.rows();
   FlowFields<Real> fields(grid, decomposition.extent());
   Field<Real>&velocity = fields[Stored::velocity], &pressure = fields[Stored::pressure];
@@ -33,11 +34,12 @@ std::vector<Real> predicted(const Grid& grid, const Decomposition& decomposition
   for (int j = 0; j < planes; ++j) walls.close_scalar(pressure, j);
   decomposition.exchange(pressure);
 
-  Predictor<Real> predictor(grid, decomposition, walls, velocity, tendency, pressure, tiles);
+  Predictor<Real> predictor(grid, decomposition, walls, velocity, tendency, pressure, tiles,
+                            cached);
   predictor.begin_stage({.factor = {Real(0.2), Real(0.1), Real(0.3), Real(-0.2), Real(0.4)},
                          .push = {Real(0.1), Real(0), Real(0)},
                          .pressure = true,
-                         .old_tendency = true,
+                         .old_tendency = old_tendency,
                          .keep_tendency = true});
   std::vector<std::vector<bool>> done(static_cast<std::size_t>(planes + 1));
   for (auto& plane : done) plane.assign(static_cast<std::size_t>(rows + 1), false);
@@ -67,6 +69,22 @@ std::vector<Real> predicted(const Grid& grid, const Decomposition& decomposition
 TEST(Predictor, TilesAgree) {
   expect_equal_tiles([](const auto&... how) { return predicted<double>(how...); });
   expect_equal_tiles([](const auto&... how) { return predicted<float>(how...); });
+}
+
+/// A tendency that is written past the caches is the same one.
+template <class Real>
+void expect_equal_past_caches() {
+  const Grid grid = make_grid(box({21, 6, 8}, 0.1, 1e-3, 0.01));
+  const Decomposition decomposition(grid, MPI_COMM_WORLD);
+  const auto with = [&](std::size_t cached) {
+    return predicted<Real>(grid, decomposition, {1, decomposition.rows()}, false, cached);
+  };
+  EXPECT_EQ(with(0), with(cached_bytes));
+}
+
+TEST(Predictor, WritesTheSamePastTheCaches) {
+  expect_equal_past_caches<double>();
+  expect_equal_past_caches<float>();
 }
 
 TEST(Predictor, LargePlanesAreCutIntoTiles) {

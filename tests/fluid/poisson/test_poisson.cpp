@@ -22,7 +22,7 @@ struct Case {
 /// residual of the seven-point equation, evaluated on the solution of this rank and its
 /// neighbours'.
 template <class Real>
-double residual(const Case& test, int z_parts) {
+double residual(const Case& test, int z_parts, std::size_t cached) {
   Settings s = box(test.cells, 0.1, 1e-3, 0.01);
   const auto ends = [&](std::size_t d) {
     const Wall wall = test.walls[d] ? Wall::no_slip : Wall::periodic;
@@ -58,7 +58,7 @@ double residual(const Case& test, int z_parts) {
   walls.close_block(flow);
 
   constexpr int at_once = 3;
-  PoissonSolver<Real> poisson(grid, decomposition, pressure_component, at_once);
+  PoissonSolver<Real> poisson(grid, decomposition, pressure_component, at_once, cached);
   Field<Real> rhs(grid, decomposition.extent(), 1), phi(grid, decomposition.extent(), 1);
   for (int j = 0; j < planes; ++j) {
     const Real thickness = static_cast<Real>(grid.thickness(decomposition.first() + j));
@@ -124,13 +124,15 @@ double residual(const Case& test, int z_parts) {
   return all_max(largest, MPI_COMM_WORLD);
 }
 
-/// The largest of all ways to divide the ranks along y and z.
+/// The largest of all ways to divide the ranks along y and z, with what the way up leaves in and
+/// beyond the caches.
 template <class Real>
 double residual(const Case& test) {
   double largest = 0.0;
   for (const int z_parts : splits(world_size())) {
     if (world_size() / z_parts > test.cells[1] || z_parts > test.cells[2]) continue;
-    largest = std::max(largest, residual<Real>(test, z_parts));
+    for (const std::size_t cached : {cached_bytes, std::size_t{0}})
+      largest = std::max(largest, residual<Real>(test, z_parts, cached));
   }
   return largest;
 }
