@@ -188,6 +188,12 @@ def compare(variant: Variant, run: Priced | str, base: Priced, name: str, since:
     )  # fmt: skip
 
 
+def half_way(run: Priced) -> float:
+    """The middle of a run's own time: its steps may be shorter than time.step."""
+    times = run.answers["driving force"].time
+    return float(0.5 * (times[0] + times[-1]))
+
+
 def moves(run: Priced, asked: str | None, since: float) -> str | None:
     """The name of the answer that moves in this run, if any does."""
     try:
@@ -241,7 +247,7 @@ def run(options: argparse.Namespace) -> int:
     base = runs[0]
     if isinstance(base, str):
         raise UserError(base)
-    since = 0.5 * steps * trial.settings["time"]["step"]
+    since = half_way(base)
     name = moves(base, options.quantity, since)
     if name is None:
         raise UserError(f"no answer of {scene.name} moves within {steps} steps; give it more with --hours.")

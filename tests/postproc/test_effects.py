@@ -82,3 +82,11 @@ def test_without_the_answer_itself_an_effect_is_needed():
     row = effects.compare(variant, held, base, "grain velocity", 0.5)
     assert (row.verdict, row.time, row.memory) == ("needed", 0.75, 0.9)
     assert "no such answer" in effects.table_text([row])
+
+
+def test_the_second_half_is_that_of_the_time_that_was_run():
+    """With time.cfl the steps are shorter than time.step says."""
+    series = scene_answers.Series(np.linspace(0.5, 1.5, 11), np.linspace(1.0, 2.0, 11))
+    run = scene_answers.Priced([2.0], 100.0, {"driving force": series})
+    assert effects.half_way(run) == pytest.approx(1.0)
+    assert effects.moves(run, None, effects.half_way(run)) == "driving force"
