@@ -90,7 +90,8 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
     if lubrication_fixes(scene_script(scene, model)):
         yield Variant("lubrication", "off", lubrication=False, turned_off=True)
     if settings["statistics"]["every"] > 0:
-        yield Variant("statistics", "off", ("statistics.every=0",), turned_off=True)
+        without = ("statistics.every=0", "statistics.spectra_heights=[]")
+        yield Variant("statistics", "off", without, turned_off=True)
     else:
         yield Variant("statistics", "every step", ("statistics.every=1", "statistics.from=0.0"))
     yield Variant(

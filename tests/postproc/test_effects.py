@@ -1,6 +1,7 @@
 """`./bedload study effects`: that a scene without lubrication has none, wherever its models stand."""
 
 import shutil
+import tomllib
 
 import numpy as np
 import pytest
@@ -90,3 +91,12 @@ def test_the_second_half_is_that_of_the_time_that_was_run():
     run = scene_answers.Priced([2.0], 100.0, {"driving force": series})
     assert effects.half_way(run) == pytest.approx(1.0)
     assert effects.moves(run, None, effects.half_way(run)) == "driving force"
+
+
+def test_statistics_go_with_their_spectra():
+    """Spectra without statistics are refused."""
+    scene = find_scene("channel180")
+    settings = tomllib.loads((scene.folder / "fluid.toml").read_text()) | {"spheres": {}}
+    found = [v.keys for v in effects.variants(scene, None, settings) if v.effect == "statistics"]
+    assert settings["statistics"]["spectra_heights"]
+    assert found == [("statistics.every=0", "statistics.spectra_heights=[]")]
