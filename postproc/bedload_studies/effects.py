@@ -18,7 +18,7 @@ import math
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -100,9 +100,12 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
     )  # fmt: skip
 
 
-def scene_script(scene: Scene, model: str | None) -> tuple[list[str], list[str]]:
-    """The script with all that it includes, before the first coupled_run and from there on."""
-    lines = list(scene.script_lines({"model": model} if model else {}))
+def scene_script(
+    scene: Scene, model: str | None, variables: Mapping[str, str] | None = None
+) -> tuple[list[str], list[str]]:
+    """The script with all that it includes, before the first coupled_run and from there on; `variables`: what
+    the command line sets."""
+    lines = list(scene.script_lines({"model": model, **(variables or {})} if model else variables))
     for first, line in enumerate(lines):
         if line.split()[:1] == ["coupled_run"]:
             return lines[:first], lines[first:]
@@ -121,9 +124,11 @@ def lubrication_fixes(script: tuple[list[str], list[str]]) -> list[str]:
     return names
 
 
-def without_lubrication(scene: Scene, model: str | None, folder: Path) -> Scene:
+def without_lubrication(
+    scene: Scene, model: str | None, folder: Path, variables: Mapping[str, str] | None = None
+) -> Scene:
     """The scene with a script in `folder` that takes lubrication off before the grains move."""
-    script = before, after = scene_script(scene, model)
+    script = before, after = scene_script(scene, model, variables)
     file = folder / "without_lubrication.liggghts"
     lines = [*before, *(f"unfix {name}" for name in lubrication_fixes(script)), *after]
     file.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -227,7 +232,8 @@ def run(options: argparse.Namespace) -> int:
     beginning = EarlierRun.of(options.start_from) if options.start_from else None
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="bedload-effects-") as folder:
-        bare = without_lubrication(scene, model, Path(folder)) if scene.moves_grains else scene
+        placed = beginning.variables(scene) if beginning else {}
+        bare = without_lubrication(scene, model, Path(folder), placed) if scene.moves_grains else scene
 
         def once(variant: Variant, steps: int, start: float = 0.0) -> Priced:
             keys = ["output.history_every=1", *options.set, *variant.keys]

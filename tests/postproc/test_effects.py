@@ -100,3 +100,12 @@ def test_statistics_go_with_their_spectra():
     found = [v.keys for v in effects.variants(scene, None, settings) if v.effect == "statistics"]
     assert settings["statistics"]["spectra_heights"]
     assert found == [("statistics.every=0", "statistics.spectra_heights=[]")]
+
+
+def test_without_lubrication_grains_still_begin_where_they_are_put(tmp_path):
+    """The includes that the script ends up with are those of the variables that the job is given."""
+    scene = find_scene("setup2_small")
+    off = effects.without_lubrication(scene, "actm_hw", tmp_path, {"placing": "placed"})
+    lines = off.script.read_text().splitlines()
+    assert any(line.split() == ["include", "${out}/grains.liggghts"] for line in lines)
+    assert not any("insert/pack" in line for line in lines)
