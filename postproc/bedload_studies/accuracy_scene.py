@@ -20,10 +20,9 @@ from bedload_launcher import job, presets
 from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import Scene, choose_model, find_scene
 from bedload_launcher.words import end_of, say
-from bedload_post.batches import Estimate
 
 from .earlier_run import EarlierRun
-from .scene_answers import Priced, chosen, difference, interleaved, run_once
+from .scene_answers import Priced, chosen, interleaved, paired, run_once
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (the backend comes first)
@@ -106,45 +105,56 @@ class Row:
     words: str = ""
 
 
+def finest(tried: list[Choice], runs: list[Priced | str]) -> tuple[int, Priced]:
+    """Which of the grids that ran is the finest, and its run."""
+    ran = {n: run for n, run in enumerate(runs) if isinstance(run, Priced)}
+    number = min((choice.h, n) for n, choice in enumerate(tried) if choice.h and n in ran)[1]
+    return number, ran[number]
+
+
 def rows_of(tried: list[Choice], runs: list[Priced | str], name: str, since: float) -> list[Row]:
     """The table against the finest grid that ran."""
-    means = [p.answers[name].mean(since) if isinstance(p, Priced) else None for p in runs]
-    fine = min((c.h, n) for n, c in enumerate(tried) if c.h and means[n] is not None)[1]
-    best = means[fine]
-    assert best is not None
+    fine, best = finest(tried, runs)
     rows = []
-    for choice, run, mean in zip(tried, runs, means, strict=True):
-        if not isinstance(run, Priced) or mean is None:
+    for choice, run in zip(tried, runs, strict=True):
+        if not isinstance(run, Priced):
             said = str(run)
             sentence = end_of(said) or said.strip().splitlines()[-1]
             rows.append(Row(choice.label, math.nan, 0, math.nan, math.nan, math.nan, math.nan, math.nan, sentence))
             continue
-        change, half = difference(mean, best) if choice is not tried[fine] else (0.0, 0.0)
+        mean = run.answers[name].mean(since)
+        change, half = (
+            paired(run.answers[name], best.answers[name], since) if choice is not tried[fine] else (0.0, 0.0)
+        )
         rows.append(Row(choice.label, run.price, len(run.core_seconds), run.megabytes, mean.mean,
                         mean.half_width, change, half, "finest" if choice is tried[fine] else ""))  # fmt: skip
     return rows
 
 
-def remaining(tried: list[Choice], means: list[Estimate | None]) -> tuple[float, float, str]:
+def remaining(
+    tried: list[Choice], runs: list[Priced | str], name: str, since: float
+) -> tuple[float, float, str]:
     """The scene's own error of 1 and its interval, and what it is from."""
-    own = means[0]
-    grids_ = [(c.h, m) for c, m in zip(tried, means, strict=True) if c.h and m is not None]
-    if own is None or len(grids_) < 2:
+    own = runs[0]
+    grids_ = [(c.h, r.answers[name]) for c, r in zip(tried, runs, strict=True) if c.h and isinstance(r, Priced)]
+    if not isinstance(own, Priced) or len(grids_) < 2:
         return math.nan, math.nan, "no other grid ran"
-    finest = min(grids_, key=lambda pair: pair[0])[1]
-    change, half = difference(own, finest)
+    change, half = paired(own.answers[name], finest(tried, runs)[1].answers[name], since)
     if len(grids_) == 3 and abs(change) > half:
-        f_0, p = richardson([h for h, _ in grids_], [m.mean for _, m in grids_])
+        means = [answer.mean(since).mean for _, answer in grids_]
+        f_0, p = richardson([h for h, _ in grids_], means)
         if math.isfinite(f_0) and f_0:
-            return (own.mean - f_0) / abs(f_0), half, f"Richardson's estimate, order {p:.1f}"
+            return (means[0] - f_0) / abs(f_0), half, f"Richardson's estimate, order {p:.1f}"
     why = "within the interval" if not abs(change) > half else "the grids show no trend"
     return change, half, f"against the finest grid; {why}"
 
 
-def last_line(scene: Scene, run: Priced, error: float, half: float, source: str, name: str, steps: int) -> str:
-    """This setting, this error, this price."""
+def last_line(
+    scene: Scene, run: Priced, error: float, half: float, source: str, name: str, steps: int, end: float
+) -> str:
+    """This setting, this error, this price; `end`: of the scene, which the run stopped short of."""
     s = run.settings
-    whole = run.price / steps * math.ceil(s["time"]["end"] / s["time"]["step"])
+    whole = run.price / steps * math.ceil(end / s["time"]["step"])
     count = s["spheres"]["forcing_loops"]
     loops = f", {count} forcing loop{'s' * (count > 1)}" if scene.has_spheres else ""
     cells = " x ".join(map(str, s["grid"]["cells"]))
@@ -213,9 +223,8 @@ def run(options) -> int:
     name = chosen(runs[0].answers, options.quantity, since)
     rows = rows_of(tried, runs, name, since)
     write(out, scene, rows, name)
-    means = [p.answers[name].mean(since) if isinstance(p, Priced) else None for p in runs]
     print(table_text(rows, name))
-    line = last_line(scene, runs[0], *remaining(tried, means), name, steps)
+    line = last_line(scene, runs[0], *remaining(tried, runs, name, since), name, steps, end)
     (out / "line.txt").write_text(line + "\n", encoding="utf-8")
     print(line)
     say(f"Table and figure: {out}")

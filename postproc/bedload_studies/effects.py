@@ -22,7 +22,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from bedload_launcher import job
 from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import INPUTS, Scene, choose_model, find_scene
@@ -30,9 +29,10 @@ from bedload_launcher.verdicts import LEAVE_OUT, TOLERANCE
 from bedload_launcher.words import end_of, say
 
 from .earlier_run import EarlierRun, add_start_from
-from .scene_answers import Priced, Series, chosen, difference, interleaved, run_once
+from .scene_answers import Priced, chosen, interleaved, paired, run_once
 
 REPEATS, FEWEST_STEPS = 4, 40
+SPREAD_OF = 3  # runs, the fewest whose times have a spread
 HELD = ("hold", "1")  # of the scripts in inputs/: the grains stay where they are
 
 
@@ -154,16 +154,6 @@ class Compared:
     keys: str = ""  # values of fluid.toml that turned the effect, for --accuracy auto
 
 
-def paired(mine: Series, base: Series, since: float) -> tuple[float, float]:
-    """Mean of mine - base over that of base, and its half width, both of 1. At equal times what both have
-    in common falls out; runs whose times differ are compared by their means."""
-    if len(mine.time) == len(base.time) and np.allclose(mine.time, base.time):
-        scale = abs(float(np.mean(base.values[base.time >= since])))
-        apart = Series(base.time, mine.values - base.values).mean(since)
-        return (apart.mean / scale, apart.half_width / scale) if scale else (math.nan, math.nan)
-    return difference(mine.mean(since), base.mean(since))
-
-
 def judged(turned_off: bool, change: float, interval: float, time: float, spread: float = 0.0) -> str:
     """The verdict on an effect that the scene has (`turned_off` in this row) or has not."""
     if not (math.isfinite(change) and math.isfinite(interval)):
@@ -250,7 +240,7 @@ def run(options: argparse.Namespace) -> int:
         steps = options.steps or int(min(max(fitting, FEWEST_STEPS), most))
         say(f"bedload: {len(todo)} runs of {steps} steps, in turn")
         works = [(lambda v=variant: once(v, steps, start.price)) for variant in todo]
-        runs = interleaved(works, began + 3600.0 * options.hours, say)
+        runs = interleaved(works, began + 3600.0 * options.hours, say, least=SPREAD_OF)
     base = runs[0]
     if isinstance(base, str):
         raise UserError(base)

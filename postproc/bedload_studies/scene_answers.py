@@ -128,10 +128,11 @@ class Priced:
             megabytes=max(self.megabytes, other.megabytes),
         )  # fmt: skip
 
-    def settled(self) -> bool:
-        """Whether its cost is a number: long enough, or repeated until its spread is small."""
-        enough = sum(self.core_seconds) >= LEAST_SECONDS or len(self.core_seconds) >= MOST_REPEATS
-        return enough and (len(self.core_seconds) >= MOST_REPEATS or not self.spread > SPREAD)
+    def settled(self, least: int = 1) -> bool:
+        """Whether its cost is a number: long enough, or repeated, `least` times or more, until its spread is small."""
+        runs = len(self.core_seconds)
+        enough = runs >= least and sum(self.core_seconds) >= LEAST_SECONDS
+        return runs >= MOST_REPEATS or (enough and not self.spread > SPREAD)
 
 
 def begun_from(beginning: EarlierRun | None, work: job.Job) -> job.Job:
@@ -173,10 +174,11 @@ def run_once(work: job.Job, start_seconds: float = 0.0, beginning: EarlierRun | 
 
 
 def interleaved(
-    works: Sequence[Callable[[], Priced]], until: float, say: Callable[[str], None] = lambda _: None
+    works: Sequence[Callable[[], Priced]], until: float, say: Callable[[str], None] = lambda _: None, least: int = 1
 ) -> list[Priced | str]:
     """Each work once, then round by round those whose cost is no number yet, while time.monotonic() is below
-    `until`; so other work on the machine hits all alike. A work that fails leaves its sentence."""
+    `until`; so other work on the machine hits all alike. `least`: runs of which a cost's spread is known. A work
+    that fails leaves its sentence."""
     found: list[Priced | str] = []
     for number, work in enumerate(works, start=1):
         say(f"bedload: run {number} of {len(works)}")
@@ -185,7 +187,7 @@ def interleaved(
         except UserError as error:
             found.append(str(error))
     while time.monotonic() < until:
-        due = [n for n, p in enumerate(found) if isinstance(p, Priced) and not p.settled()]
+        due = [n for n, p in enumerate(found) if isinstance(p, Priced) and not p.settled(least)]
         if not due:
             break
         for n in due:
@@ -201,3 +203,12 @@ def difference(mine: Estimate, other: Estimate) -> tuple[float, float]:
         return math.nan, math.nan
     half = math.hypot(mine.half_width, other.half_width)
     return (mine.mean - other.mean) / abs(other.mean), half / abs(other.mean)
+
+
+def paired(mine: Series, base: Series, since: float) -> tuple[float, float]:
+    """Mean of mine - base at equal times over that of |base|, and its half width, both of 1. What both have in
+    common falls out; base is interpolated where the steps differ."""
+    here = Series(mine.time, np.interp(mine.time, base.time, base.values))
+    scale = abs(here.mean(since).mean)
+    apart = Series(mine.time, mine.values - here.values).mean(since)
+    return (apart.mean / scale, apart.half_width / scale) if scale else (math.nan, math.nan)

@@ -7,7 +7,6 @@ import pytest
 from bedload_launcher import job
 from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import find_scene
-from bedload_post.batches import Estimate
 from bedload_post.outputs import Run
 from bedload_studies import accuracy_scene, effects, scene_answers, stability_scene
 from bedload_studies.accuracy_scene import Choice, remaining, richardson
@@ -17,10 +16,6 @@ from bedload_studies.stability_scene import Knob, bisected, complaint
 from synthetic import Story, even, write_run
 
 TIME = np.linspace(0.0, 10.0, 101)
-
-
-def sure(mean):
-    return Estimate(mean, 1e-6, np.zeros(0))
 
 
 # --- Answers and prices ----------------------------------------------------------------------------------
@@ -70,6 +65,10 @@ def test_runs_go_in_turn_until_their_costs_are_numbers():
     order.clear()
     scene_answers.interleaved([work("a", 0.1)], 0.0)
     assert order == ["a"]  # the time is up
+    order.clear()
+    found = scene_answers.interleaved([work("a", 4.0), work("b", 5.0)], math.inf, least=3)
+    assert "".join(order) == "ababab"
+    assert found[0].spread == 0.0
 
 
 def test_runs_begin_where_an_earlier_one_ended(tmp_path):
@@ -113,15 +112,28 @@ def test_richardson_finds_order_and_limit(order):
 
 
 def test_what_remains():
+    def run(mean, noise=0.0):
+        return Priced([1.0], 1.0, {"q": Series(TIME, mean + noise * np.random.default_rng(5).normal(size=101))})
+
     tried = [Choice("own", h=1.0), Choice("coarse", h=1.25), Choice("fine", h=0.8), Choice("loops")]
     f = [5.0 + 0.5 * h**2 for h in (1.0, 1.25, 0.8)]
-    error, _, source = remaining(tried, [*map(sure, f), sure(9.0)])
+    error, _, source = remaining(tried, [*map(run, f), run(9.0)], "q", 5.0)
     assert error == pytest.approx(0.1, rel=1e-3)
     assert "order 2.0" in source
-    wide = [Estimate(v, 1.0, np.zeros(0)) for v in f]
-    error, half, source = remaining(tried, [*wide, None])
-    assert error == pytest.approx((f[0] - f[2]) / f[2])
+    wide = [run(f[0], 5.0), run(f[1]), run(f[2]), "ended"]
+    error, half, source = remaining(tried, wide, "q", 5.0)
     assert half > 0.1 and "within the interval" in source
+    assert "no other grid" in remaining(tried, [run(5.0), "ended", "ended", run(9.0)], "q", 5.0)[2]
+
+
+def test_the_price_is_that_of_the_whole_scene():
+    """The study's runs stop short of the scene's end."""
+    s = {"time": {"end": 1.0, "step": 0.1}, "grid": {"cells": [2, 2, 2]}, "accuracy": {"precision": "single"},
+         "spheres": {"forcing_loops": 1}}  # fmt: skip
+    run = Priced([36.0], 1.0, {}, s)
+    line = accuracy_scene.last_line(find_scene("channel180"), run, 0.1, 0.05, "why", "q", 10, 100.0)
+    assert "3.6 core-seconds a step, 1 core-hours" in line
+    assert "q +10.0 ± 5.0 % (why)" in line
 
 
 def test_the_table_stands_against_the_finest_grid():
@@ -142,11 +154,20 @@ def test_the_table_stands_against_the_finest_grid():
 def test_paired_differences_are_narrower_than_those_of_means():
     noise = np.random.default_rng(3).normal(size=101)
     base, mine = Series(TIME, 1.0 + 0.3 * noise), Series(TIME, 1.05 + 0.3 * noise)
-    change, half = effects.paired(mine, base, 5.0)
+    change, half = scene_answers.paired(mine, base, 5.0)
     assert change * np.mean(base.values[TIME >= 5.0]) == pytest.approx(0.05)
     assert half < 1e-9
-    other = Series(TIME + 0.01, mine.values)
-    assert effects.paired(other, base, 5.0)[1] > 0.05
+    assert scene_answers.difference(mine.mean(5.0), base.mean(5.0))[1] > 0.05
+
+
+def test_paired_differences_hold_with_other_steps():
+    def wave(times, mean):
+        return Series(times, mean + 0.3 * np.sin(times))
+
+    change, half = scene_answers.paired(wave(np.linspace(0.0, 10.0, 163), 1.1), wave(TIME, 1.0), 5.0)
+    late = TIME[TIME >= 5.0]
+    assert change * np.mean(1.0 + 0.3 * np.sin(late)) == pytest.approx(0.1, rel=0.01)
+    assert half < 1e-3
 
 
 @pytest.mark.parametrize(
