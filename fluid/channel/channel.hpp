@@ -139,6 +139,7 @@ class Channel {
   }
   /// Spheres and implicit diffusion act between predictor and projection.
   bool keeps_old_pressure() const { return boundary_ != nullptr || diffusion_.on(); }
+  int old_pressure_planes(bool all_planes) const;
   void begin_stage(int stage);
   template <class EachRow>
   void predict_planes(int first, int end, EachRow each_row);
@@ -171,6 +172,7 @@ class Channel {
   double dt_, dt_made_, time_ = 0.0;
   std::int64_t step_ = 0;
   int next_stage_ = 0;
+  int old_pressure_planes_ = 0;  ///< own planes with the old pressure in the stage's predictor
   int predicted_ = 0;            ///< planes of u* that stand in the velocity before project()
   double streamwise_sum_ = 0.0;  ///< of u at the end of the last step, all ranks
   double fastest_ = 0.0;         ///< largest |u|+|v|+|w|, all ranks

@@ -37,7 +37,8 @@ Predictor<Real>::Predictor(const Grid& grid, const Decomposition& decomposition,
       pressure_(pressure),
       stretched_(grid.stretched()),
       tendency_past_caches_(tendency.bytes() > stays_in_caches),
-      tiles_(tiles) {
+      tiles_(tiles),
+      no_pressure_(pressure.row_size() + wide_width<Real>) {
   for (int n = 0; n < tiles_.planes; ++n)
     passing_.push_back({AlignedArray<Real>(velocity.row_size() + wide_width<Real>),
                         AlignedArray<Real>(velocity.row_size() + wide_width<Real>)});
@@ -50,7 +51,8 @@ Predictor<Real>::Predictor(const Grid& grid, const Decomposition& decomposition,
 template <class Real>
 void Predictor<Real>::begin_stage(const PredictorStage<Real>& stage) {
   stage_ = stage;
-  loops_ = choose(stage, stretched_, tendency_past_caches_);
+  loops_ = choose(stage, stage.pressure, stretched_, tendency_past_caches_);
+  loops_above_ = choose(stage, false, stretched_, tendency_past_caches_);
 }
 
 /// Keeps what the last row needs and the first one overwrites where z wraps: row 0 of the plane
@@ -60,12 +62,12 @@ void Predictor<Real>::begin_plane(int j, int place) {
   Passing& passing = passing_[static_cast<std::size_t>(place)];
   std::copy_n(velocity_.row_block(j - 1, 0), velocity_.row_size(), passing.first_below.data());
   const auto plane = static_cast<std::size_t>(j);
-  loops_.keep_front_flux(velocity_.nx(), stage_.factor, cells_[plane], faces_[plane],
-                         {.component = velocity_.component_stride(),
-                          .here = velocity_.row(j, -1),
-                          .above = velocity_.row(j + 1, -1),
-                          .front = velocity_.row(j, 0),
-                          .front_flux = passing.front_flux.data()});
+  loops(j).keep_front_flux(velocity_.nx(), stage_.factor, cells_[plane], faces_[plane],
+                           {.component = velocity_.component_stride(),
+                            .here = velocity_.row(j, -1),
+                            .above = velocity_.row(j + 1, -1),
+                            .front = velocity_.row(j, 0),
+                            .front_flux = passing.front_flux.data()});
 }
 
 /// Row k+1 of plane j as it was before the sweep; `place_above` is the place of the plane above if
@@ -89,23 +91,24 @@ void Predictor<Real>::row(int j, int k, int place, const Real* front,
   const bool over_below = out[0] == velocity_.row(j - 1, k);
   if (over_below && k == nz - 1 && v_below_front == velocity_.row(j - 1, 0, 1))
     v_below_front = passing.first_below.data() + 1 + velocity_.component_stride();
-  loops_.predict_row(nx, stage_.factor, cells_[plane], faces_[plane], stage_.push,
-                     {.component = velocity_.component_stride(),
-                      .here = velocity_.row(j, k),
-                      .above = velocity_.row(j + 1, k),
-                      .below = velocity_.row(j - 1, k),
-                      .back = velocity_.row(j, k - 1),
-                      .front = front,
-                      .v_below_front = v_below_front,
-                      .tendency = tendency_.row(j, k),
-                      .ahead = velocity_.row(j + 1, k + 1),
-                      .tendency_ahead = tendency_.row(j, k + 1),
-                      .p = pressure_.row(j, k),
-                      .p_above = pressure_.row(j + 1, k),
-                      .p_front = pressure_.row(j, k + 1),
-                      .p_ahead = pressure_.row(j + 1, k + 1),
-                      .front_flux = passing.front_flux.data(),
-                      .out = out});
+  loops(j).predict_row(
+      nx, stage_.factor, cells_[plane], faces_[plane], stage_.push,
+      {.component = velocity_.component_stride(),
+       .here = velocity_.row(j, k),
+       .above = velocity_.row(j + 1, k),
+       .below = velocity_.row(j - 1, k),
+       .back = velocity_.row(j, k - 1),
+       .front = front,
+       .v_below_front = v_below_front,
+       .tendency = tendency_.row(j, k),
+       .ahead = velocity_.row(j + 1, k + 1),
+       .tendency_ahead = tendency_.row(j, k + 1),
+       .p = pressure_.row(j, k),
+       .p_above = j + 1 == stage_.pressure_planes ? no_pressure_.data() : pressure_.row(j + 1, k),
+       .p_front = pressure_.row(j, k + 1),
+       .p_ahead = pressure_.row(j + 1, k + 1),
+       .front_flux = passing.front_flux.data(),
+       .out = out});
 }
 
 namespace {
@@ -120,7 +123,8 @@ auto with(bool on, Use use) {
 
 template <class Real>
 typename Predictor<Real>::Loops Predictor<Real>::choose(const PredictorStage<Real>& s,
-                                                        bool is_stretched, bool past_caches) {
+                                                        bool has_pressure, bool is_stretched,
+                                                        bool past_caches) {
   const auto loops = []<class Term>(Term) {
     return Loops{&bedload::keep_front_flux<Term, Real>, &bedload::predict_row<Term, Real>};
   };
@@ -137,8 +141,8 @@ typename Predictor<Real>::Loops Predictor<Real>::choose(const PredictorStage<Rea
         return loops(Terms<c, p, true, false, y, i>{});
       };
       if (s.implicit) return rest(std::true_type{}, std::true_type{});
-      return s.pressure ? rest(std::true_type{}, std::false_type{})
-                        : rest(std::false_type{}, std::false_type{});
+      return has_pressure ? rest(std::true_type{}, std::false_type{})
+                          : rest(std::false_type{}, std::false_type{});
     });
   });
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "fluid/channel/momentum.hpp"
@@ -21,6 +22,8 @@ struct PredictorStage {
   std::array<Real, 3> push{};  ///< 2 alpha dt times the driving acceleration
   bool convection = true;      ///< Terms, decided at run time
   bool pressure = false;
+  /// Own planes that take the old pressure, if any does; above them it counts as zero.
+  int pressure_planes = std::numeric_limits<int>::max();
   bool old_tendency = false;
   bool keep_tendency = false;
   bool implicit = false;
@@ -84,8 +87,10 @@ class Predictor {
                         const PlaneMetric<Real>& face, const std::array<Real, 3>& push,
                         const MomentumRows<Real>&);
   };
-  static Loops choose(const PredictorStage<Real>& stage, bool stretched, bool past_caches);
+  static Loops choose(const PredictorStage<Real>& stage, bool pressure, bool stretched,
+                      bool past_caches);
 
+  const Loops& loops(int j) const { return j < stage_.pressure_planes ? loops_ : loops_above_; }
   void begin_plane(int j, int place);
   const Real* front_row(int j, int k, int place_above) const;
   void row(int j, int k, int place, const Real* front, const std::array<Real*, 3>& out);
@@ -103,7 +108,8 @@ class Predictor {
   Tiles tiles_;
   std::vector<Passing> passing_;
   PredictorStage<Real> stage_;
-  Loops loops_{};
+  Loops loops_{}, loops_above_{};   ///< of planes with the old pressure, of those above
+  AlignedArray<Real> no_pressure_;  ///< one row
 };
 
 }  // namespace bedload

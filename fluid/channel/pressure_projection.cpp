@@ -167,13 +167,15 @@ void PressureProjection<Real>::correct_row(int j, int k, const Correction& corre
 template <class Real>
 void PressureProjection<Real>::update_pressure(int j, int first_row, int end_row,
                                                const Correction& correction) {
-  if (correction.pressure == PressureUse::none) return;
+  const PressureUse use =
+      j < correction.pressure_planes ? correction.pressure : correction.pressure_above;
+  if (use == PressureUse::none) return;
   const int nx = grid_.cells[0];
   const Real share = static_cast<Real>(correction.pressure_share);
   for (int k = first_row; k < end_row; ++k) {
     const Real* phi = poisson_.solution_row(j, k);
     Real* p = pressure_.row(j, k);
-    if (correction.pressure == PressureUse::replace)
+    if (use == PressureUse::replace)
       for (int i = 0; i < nx; ++i) p[i] = phi[i];
     else
       for (int i = 0; i < nx; ++i) p[i] += share * phi[i];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -29,7 +30,10 @@ class PressureProjection {
     bool measure = false;                      ///< whether sum and largest speed are taken
     int moved = 0;                             ///< planes that u* lies below its place
     PressureUse pressure = PressureUse::none;  ///< what becomes of phi
-    double pressure_share = 1.0;               ///< s of p + s phi
+    /// In own planes from this one on that is `pressure_above` instead.
+    int pressure_planes = std::numeric_limits<int>::max();
+    PressureUse pressure_above = PressureUse::none;
+    double pressure_share = 1.0;  ///< s of p + s phi
   };
   /// What the elimination takes of one plane: div u*, row by row, and the sum of u*.
   struct Outflow {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "fluid/channel/channel.hpp"
@@ -11,13 +12,13 @@ namespace bedload {
 
 template <class Real>
 void Channel<Real>::predict(int stage, bool all_planes) {
+  all_planes = all_planes || diffusion_.on() || fringe_.on() || settings_.output.energy_work;
   if (boundary_) boundary_->start_stage(velocity_);
+  old_pressure_planes_ = old_pressure_planes(all_planes);
   begin_stage(stage);
   clock_.start();
   // What nothing needs before the projection is predicted there, while it is in the cache.
-  const bool some =
-      !all_planes && !diffusion_.on() && !fringe_.on() && !settings_.output.energy_work;
-  predicted_ = !some ? decomposition_.planes() : boundary_ ? boundary_->planes_reached() : 0;
+  predicted_ = all_planes ? decomposition_.planes() : boundary_ ? boundary_->planes_reached() : 0;
   if (diffusion_.on()) {
     diffuse(stage);
   } else {
@@ -60,12 +61,25 @@ void Channel<Real>::project(int stage) {
                        .shift = shift,
                        .measure = last,
                        .moved = diffusion_.on() ? 0 : 1,
-                       .pressure = keeps_old_pressure() ? PressureUse::add
-                                   : last               ? PressureUse::replace
-                                                        : PressureUse::none,
+                       .pressure = PressureUse::add,
+                       .pressure_planes = old_pressure_planes_,
+                       .pressure_above = last ? PressureUse::replace : PressureUse::none,
                        .pressure_share = boundary_ ? settings_.spheres.pressure_share : 1.0});
   walls_.fill(velocity_);
   clock_.lap(FlowPhase::halo);
+}
+
+/// Own planes whose predictor has the old pressure gradient: those that something acts on before
+/// the projection, and one more, because v between the last one and those without comes out wrong
+/// until the projection. There it is the gradient of a pressure that is zero above, so that the
+/// projected velocity is the same.
+template <class Real>
+int Channel<Real>::old_pressure_planes(bool all_planes) const {
+  if (!keeps_old_pressure()) return 0;
+  const int all = std::numeric_limits<int>::max();
+  if (all_planes) return all;
+  const int planes = boundary_->highest_reached() + 1;
+  return planes >= grid_.cells[1] ? all : planes - decomposition_.first();
 }
 
 /// Fixes the factors of the predictor and enters in the momentum budget what it will give.
@@ -88,6 +102,7 @@ void Channel<Real>::begin_stage(int stage) {
        .push = {static_cast<Real>(push), Real(0), Real(0)},
        .convection = settings_.fluid.convection,
        .pressure = keeps_old_pressure(),
+       .pressure_planes = old_pressure_planes_,
        .old_tendency = stage > 0,
        .keep_tendency = stage + 1 < stage_count,
        .implicit = implicit});

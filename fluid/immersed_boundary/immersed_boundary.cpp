@@ -87,6 +87,7 @@ void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> all) {
   fixed_fingerprint_ = fingerprint;
   fixed_ = std::move(fixed);
   set_mobile(all);
+  most_of_all(Change::weigh);
   find_planes_reached();
   if (!fixed_stay) place_fixed();
   place_mobile(true);
@@ -105,12 +106,13 @@ void ImmersedBoundary<Real>::move_spheres(std::span<const SphereState> mobile, b
 }
 
 /// What is to be done on every rank: one whose spheres stay still has a part in the weights of its
-/// neighbours' markers.
+/// neighbours' markers. Notes how high spheres reach on any.
 template <class Real>
-typename ImmersedBoundary<Real>::Change ImmersedBoundary<Real>::most_of_all(Change here) const {
-  int most = static_cast<int>(here);
-  MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, decomposition_.comm());
-  return static_cast<Change>(most);
+typename ImmersedBoundary<Real>::Change ImmersedBoundary<Real>::most_of_all(Change here) {
+  std::array<int, 2> most{static_cast<int>(here), highest_reached_here()};
+  MPI_Allreduce(MPI_IN_PLACE, most.data(), 2, MPI_INT, MPI_MAX, decomposition_.comm());
+  highest_reached_ = most[1];
+  return static_cast<Change>(most[0]);
 }
 
 /// Keeps the mobile ones among `all` that are near this rank's block. Returns whether these are the

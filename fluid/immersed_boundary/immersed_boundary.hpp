@@ -95,6 +95,10 @@ class ImmersedBoundary {
     return halo_.crosses_planes() ? decomposition_.planes() : planes_reached_;
   }
 
+  /// The box's planes from the lowest up to the highest that a force() may read or change, the same
+  /// number on every rank.
+  int highest_reached() const { return highest_reached_; }
+
   /// Adds the forcing of a stage of length `stage_step` [T] to the velocity (three components). The
   /// spheres' layers are carried along for `carry_time` [T] before: a whole step in its first
   /// stage, which begins_step in move_spheres(), 0 (not at all) in the others. Ghosts of ranks and
@@ -173,7 +177,7 @@ class ImmersedBoundary {
   /// What is to be done about the mobile spheres' markers, the more the greater.
   enum class Change : int { none, place, weigh };
   bool set_mobile(std::span<const SphereState> all);
-  Change most_of_all(Change here) const;
+  Change most_of_all(Change here);
   void hand_over_memories(std::vector<Mobile>& now) const;
   void keep_volumes(std::vector<Mobile>& now);
   void find_partners();
@@ -185,6 +189,7 @@ class ImmersedBoundary {
   SphereBins mobile_bins();
   void find_neighbours(std::size_t n, const SphereBins& mobile);
   void place_mobile(bool weighed);
+  int highest_reached_here() const;
   void find_planes_reached();
   std::span<const int> all_of(const MarkerList<Real>& list);
   void weigh_fixed();
@@ -233,7 +238,7 @@ class ImmersedBoundary {
   MarkerHalo mobile_halo_;                       ///< rows of mobile spheres
   std::vector<int> indices_;                     ///< 0, 1, 2, ...
   Field<Real> scratch_;  ///< planes up to the highest sphere; zero between calls
-  int planes_reached_ = 0;
+  int planes_reached_ = 0, highest_reached_ = 0;
   int placings_ = 0, weighings_ = 0;
   bool weighed_here_ = true;  ///< the mobile spheres' markers, where these are now
   bool stage_started_ = false;

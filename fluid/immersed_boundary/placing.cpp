@@ -35,20 +35,26 @@ int ImmersedBoundary<Real>::layout_of(double radius) {
   return static_cast<int>(known->second);
 }
 
-/// Up to the highest sphere's support; neighbours that a sphere reaches across their common
-/// interface (MarkerHalo) both have all planes beside it. The scratch field goes as high.
+/// The box's planes up to the support of the highest sphere near this rank's block. Through a
+/// periodic end spheres reach the other side's planes.
 template <class Real>
-void ImmersedBoundary<Real>::find_planes_reached() {
+int ImmersedBoundary<Real>::highest_reached_here() const {
   int planes = 0;
   const auto reach = [&](const SphereState& sphere) {
     const double top = (sphere.position.y() + sphere.radius) / grid_.h;
-    planes = std::max(planes, static_cast<int>(std::floor(top)) + 5 - decomposition_.first());
+    planes = std::max(planes, static_cast<int>(std::floor(top)) + 5);
   };
   for (const SphereState& sphere : fixed_) reach(sphere);
   for (const Mobile& sphere : mobile_) reach(sphere.state);
-  // Through a periodic end spheres reach the other side's planes.
+  return grid_.periodic(1) ? grid_.cells[1] : std::min(planes, grid_.cells[1]);
+}
+
+/// Neighbours that a sphere reaches across their common interface (MarkerHalo) both have all planes
+/// beside it. The scratch field goes as high.
+template <class Real>
+void ImmersedBoundary<Real>::find_planes_reached() {
   planes_reached_ =
-      grid_.periodic(1) ? decomposition_.planes() : std::min(planes, decomposition_.planes());
+      std::clamp(highest_reached_here() - decomposition_.first(), 0, decomposition_.planes());
   // Places in a field, as markers keep them.
   mpi_count(scratch_.plane_size() * static_cast<std::uint64_t>(planes_reached_ + 3),
             "velocities beside spheres");
@@ -361,10 +367,12 @@ void ImmersedBoundary<Real>::use_volumes() {
   }
 }
 
+template int ImmersedBoundary<float>::highest_reached_here() const;
 template void ImmersedBoundary<float>::find_planes_reached();
 template void ImmersedBoundary<float>::place_fixed();
 template void ImmersedBoundary<float>::place_mobile(bool);
 template void ImmersedBoundary<float>::keep_volumes(std::vector<Mobile>&);
+template int ImmersedBoundary<double>::highest_reached_here() const;
 template void ImmersedBoundary<double>::find_planes_reached();
 template void ImmersedBoundary<double>::place_fixed();
 template void ImmersedBoundary<double>::place_mobile(bool);
