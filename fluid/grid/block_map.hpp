@@ -83,19 +83,16 @@ struct BlockMap {
   }
 };
 
+inline BlockMap block_map(const Grid& grid, const Cuts& cuts) {
+  return {.length = grid.length,
+          .periodic = {grid.periodic(0), grid.periodic(1), grid.periodic(2)},
+          .h = grid.h,
+          .y = cuts.y,
+          .z = cuts.z};
+}
+
 inline BlockMap block_map(const Grid& grid, const Decomposition& decomposition) {
-  BlockMap map{.length = grid.length,
-               .periodic = {grid.periodic(0), grid.periodic(1), grid.periodic(2)},
-               .h = grid.h,
-               .y = {},
-               .z = {}};
-  for (int part = 0; part < decomposition.y_parts(); ++part)
-    map.y.push_back(decomposition.first(part));
-  for (int part = 0; part < decomposition.z_parts(); ++part)
-    map.z.push_back(decomposition.first_row(part));
-  map.y.push_back(grid.cells[1]);
-  map.z.push_back(grid.cells[2]);
-  return map;
+  return block_map(grid, decomposition.cuts());
 }
 
 }  // namespace bedload

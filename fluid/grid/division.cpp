@@ -7,7 +7,9 @@
 #include <limits>
 #include <numbers>
 
+#include "fluid/files/collectively.hpp"
 #include "fluid/grid/block_map.hpp"
+#include "fluid/grid/mpi_ranks.hpp"
 #include "fluid/settings/errors.hpp"
 
 namespace bedload {
@@ -116,6 +118,19 @@ ForcingWork::ForcingWork(const Grid& grid, std::span<const SphereState> spheres,
       below_[at(j, k)] += below_[at(j - 1, k)] + below_[at(j, k - 1)] - below_[at(j - 1, k - 1)];
 }
 
+void ForcingWork::add_up_on_first(MPI_Comm comm) {
+  const bool is_first = rank_in(comm) == 0;
+  const auto add = [&](auto& values, MPI_Datatype type, MPI_Op operation) {
+    MPI_Reduce(is_first ? MPI_IN_PLACE : values.data(), values.data(),
+               static_cast<int>(values.size()), type, operation, 0, comm);
+  };
+  add(planes_, MPI_DOUBLE, MPI_SUM);
+  add(rows_, MPI_DOUBLE, MPI_SUM);
+  add(below_, MPI_DOUBLE, MPI_SUM);
+  add(plane_crossed_, MPI_BYTE, MPI_BOR);
+  add(row_crossed_, MPI_BYTE, MPI_BOR);
+}
+
 std::size_t ForcingWork::at(int j, int k) const {
   return static_cast<std::size_t>(j) * (static_cast<std::size_t>(rows_count_) + 1) +
          static_cast<std::size_t>(k);
@@ -164,10 +179,10 @@ double stage_time(const Grid& grid, const ForcingWork& forcing, const Cuts& cuts
   return longest_up + longest_down + value_cost * most_sent;
 }
 
-Cuts choose_cuts(const Grid& grid, std::span<const SphereState> spheres, int ranks, int z_parts,
-                 int loops) {
+namespace {
+
+Cuts shortest_stage(const Grid& grid, const ForcingWork& forcing, int ranks, int z_parts) {
   constexpr int trials = 30, passes = 3;  // a pass knows the first slab of the one before
-  const ForcingWork forcing(grid, spheres, loops);
   const double nx = grid.cells[0], ny = grid.cells[1], nz = grid.cells[2];
   std::vector<double> planes(static_cast<std::size_t>(grid.cells[1]));
   std::vector<double> rows(static_cast<std::size_t>(grid.cells[2]));
@@ -200,6 +215,31 @@ Cuts choose_cuts(const Grid& grid, std::span<const SphereState> spheres, int ran
   }
   if (best.y.empty()) refuse(grid, ranks, z_parts);
   return best;
+}
+
+void broadcast(MPI_Comm comm, std::vector<int>& numbers) {
+  int count = static_cast<int>(numbers.size());
+  MPI_Bcast(&count, 1, MPI_INT, 0, comm);
+  numbers.resize(static_cast<std::size_t>(count));
+  MPI_Bcast(numbers.data(), count, MPI_INT, 0, comm);
+}
+
+}  // namespace
+
+Cuts choose_cuts(const Grid& grid, std::span<const SphereState> spheres, int ranks, int z_parts,
+                 int loops) {
+  return shortest_stage(grid, ForcingWork(grid, spheres, loops), ranks, z_parts);
+}
+
+Cuts choose_cuts_together(MPI_Comm comm, const Grid& grid, std::span<const SphereState> mine,
+                          int z_parts, int loops) {
+  ForcingWork forcing(grid, mine, loops);
+  forcing.add_up_on_first(comm);
+  Cuts cuts;
+  on_first_rank(comm, [&] { cuts = shortest_stage(grid, forcing, size_of(comm), z_parts); });
+  broadcast(comm, cuts.y);
+  broadcast(comm, cuts.z);
+  return cuts;
 }
 
 }  // namespace bedload

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <mpi.h>
+
 #include <span>
 #include <vector>
 
@@ -16,6 +18,9 @@ class ForcingWork {
  public:
   /// Of a forcing in `loops` loops; markers of mobile spheres are placed and weighed as well.
   ForcingWork(const Grid& grid, std::span<const SphereState> spheres, int loops);
+  /// Adds the other ranks' spheres to those of the first one of `comm`; every rank has named
+  /// spheres that no other one has. Collective.
+  void add_up_on_first(MPI_Comm comm);
   double plane(int j) const { return planes_[static_cast<std::size_t>(j)]; }
   double row(int k) const { return rows_[static_cast<std::size_t>(k)]; }
   /// Of the planes and rows first .. end-1.
@@ -54,5 +59,10 @@ double stage_time(const Grid& grid, const ForcingWork& forcing, const Cuts& cuts
 /// no way to give each rank a block.
 Cuts choose_cuts(const Grid& grid, std::span<const SphereState> spheres, int ranks, int z_parts = 0,
                  int loops = 1);
+
+/// The same for all ranks of `comm` where each knows some of the spheres, `mine`, and none that
+/// another one has: what they hold does not grow with the number of all spheres. Collective.
+Cuts choose_cuts_together(MPI_Comm comm, const Grid& grid, std::span<const SphereState> mine,
+                          int z_parts = 0, int loops = 1);
 
 }  // namespace bedload
