@@ -76,8 +76,7 @@ bool has_gravity(const Settings& s) {
 
 namespace {
 
-std::vector<EffectRow> effects_without_verdicts(const Settings& s,
-                                                std::span<const SphereState> spheres,
+std::vector<EffectRow> effects_without_verdicts(const Settings& s, const SphereNumbers& spheres,
                                                 const PartnerScene* dem) {
   const bool convection = s.fluid.convection;
   std::vector<EffectRow> rows{
@@ -94,19 +93,16 @@ std::vector<EffectRow> effects_without_verdicts(const Settings& s,
                      s.statistics.every > 0 ? fmt::format("sampled every {} steps from t = {}",
                                                           s.statistics.every, s.statistics.from)
                                             : "statistics.every is 0"));
-  if (spheres.empty()) {
+  if (spheres.all() == 0) {
     rows.push_back(
         row("spheres", false, "this job has no bedload-dem, and spheres.file names no spheres"));
     return rows;
   }
-  const auto moving = std::count_if(spheres.begin(), spheres.end(),
-                                    [](const SphereState& sphere) { return sphere.mobile; });
-  const bool mobile = moving > 0;
-  const std::string how_many =
-      dem ? fmt::format("{} mobile spheres", moving) : "fixed spheres only, without LIGGGHTS";
+  const bool mobile = spheres.mobile > 0;
+  const std::string how_many = dem ? fmt::format("{} mobile spheres", spheres.mobile)
+                                   : "fixed spheres only, without LIGGGHTS";
   rows.push_back(row("immersed boundary", true,
-                     fmt::format("{} fixed spheres, weights computed once",
-                                 static_cast<std::int64_t>(spheres.size()) - moving)));
+                     fmt::format("{} fixed spheres, weights computed once", spheres.fixed)));
   rows.push_back(row("moving boundary", mobile, how_many));
   rows.push_back(
       row("interior term", mobile && s.spheres.interior_term,
@@ -133,7 +129,7 @@ std::vector<EffectRow> effects_without_verdicts(const Settings& s,
 
 }  // namespace
 
-std::vector<EffectRow> effects_of(const Settings& s, std::span<const SphereState> spheres,
+std::vector<EffectRow> effects_of(const Settings& s, const SphereNumbers& spheres,
                                   const PartnerScene* dem) {
   std::vector<EffectRow> rows = effects_without_verdicts(s, spheres, dem);
   add_verdicts(rows, s.accuracy.verdicts);

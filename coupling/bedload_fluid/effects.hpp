@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -11,8 +12,14 @@
 
 namespace bedload {
 
-/// What this run computes and what not, and why. `spheres`: all; `dem` is nullptr without LIGGGHTS.
-std::vector<EffectRow> effects_of(const Settings& settings, std::span<const SphereState> spheres,
+/// How many spheres a run begins with.
+struct SphereNumbers {
+  std::int64_t fixed = 0, mobile = 0;
+  std::int64_t all() const { return fixed + mobile; }
+};
+
+/// What this run computes and what not, and why; `dem` is nullptr without LIGGGHTS.
+std::vector<EffectRow> effects_of(const Settings& settings, const SphereNumbers& spheres,
                                   const PartnerScene* dem);
 
 /// Puts each effect's share of the time beside it, where it can be told apart. `grain_seconds`:

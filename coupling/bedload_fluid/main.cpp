@@ -25,6 +25,8 @@
 #include "coupling/job/signals.hpp"
 #include "fluid/checkpoint/state_file.hpp"
 #include "fluid/files/collectively.hpp"
+#include "fluid/grid/block_map.hpp"
+#include "fluid/grid/division.hpp"
 #include "fluid/immersed_boundary/sphere_file.hpp"
 #include "fluid/kernels/subnormals.hpp"
 #include "fluid/settings/errors.hpp"
@@ -140,14 +142,37 @@ std::string time_line(Simulation<Real>& simulation, const std::vector<TimelineEn
 /// Status of a run that was asked to end, and ended with a checkpoint.
 constexpr int ended_early = 3;
 
+/// The spheres near this rank's block of the box, which is divided by `cuts`, or where these are
+/// empty as suits the spheres. Collective.
+std::vector<SphereState> share_out(FluidSide& partner, const PartnerScene& dem,
+                                   const Settings& settings, const Job& job, Cuts& cuts) {
+  collectively(job.own(), [&] { validate(settings, dem.told); });
+  const Grid grid = make_grid(settings);
+  if (cuts.y.empty())
+    cuts = choose_cuts_together(job.own(), grid, dem.told, settings.ranks.along_z,
+                                settings.spheres.forcing_loops);
+  std::vector<SphereState> near = partner.share_out(block_map(grid, cuts));
+  collectively(job.own(), [&] { validate(settings, near); });  // pairs that two ranks knew of
+  return near;
+}
+
 template <class Real>
 int simulate(Job& job, const FluidOptions& options, const Settings& settings, FluidSide* partner,
              const PartnerScene* dem, Resumption* from) {
   if (from) learn_transforms<Real>(*from);
-  const std::vector<SphereState> spheres = dem ? dem->spheres : spheres_of(settings);
-  if (from && !dem) check_fixed_spheres(*from, spheres);
-  Simulation<Real> simulation(settings, job.own(), partner, spheres,
-                              from ? from->cuts(job.size(), settings) : Cuts{});
+  Cuts cuts = from ? from->cuts(job.size(), settings) : Cuts{};
+  std::vector<SphereState> spheres;
+  SphereNumbers numbers;
+  if (dem) {
+    spheres = share_out(*partner, *dem, settings, job, cuts);
+    numbers = {.fixed = dem->scene_info.fixed, .mobile = dem->scene_info.mobile};
+  } else {
+    spheres = spheres_of(settings);
+    numbers.fixed = static_cast<std::int64_t>(spheres.size());
+    if (from) check_fixed_spheres(*from, spheres);
+  }
+  Simulation<Real> simulation(settings, job.own(), partner, spheres, cuts);
+  spheres = {};
   if (from)
     restore_flow(*from, simulation.channel());
   else if (settings.start.from == Start::state)
@@ -161,7 +186,7 @@ int simulate(Job& job, const FluidOptions& options, const Settings& settings, Fl
   RunOutput<Real> output(
       options.out, simulation,
       countable ? std::optional(simulation.channel().step() + left) : std::nullopt,
-      effects_of(settings, spheres, dem), kept ? &*kept : nullptr);
+      effects_of(settings, numbers, dem), kept ? &*kept : nullptr);
   Checkpoints<Real> checkpoints(options.out, simulation, output, partner, from);
   if (from) from->state.reset();
   std::string line;
@@ -235,7 +260,6 @@ int run(Job& job, int argc, char** argv) {
     partner.emplace(job).introduce(scene_info_of(settings, resumption),
                                    from ? from->place.grains() : std::string());
     dem = partner->meet();
-    validate(settings, dem->spheres);
   }
   const auto start = settings.accuracy.precision == "single" ? simulate<float> : simulate<double>;
   return start(job, *options, settings, partner ? &*partner : nullptr, dem ? &*dem : nullptr,

@@ -13,6 +13,7 @@
 #include "fluid/files/atomic_file.hpp"
 #include "fluid/files/collectively.hpp"
 #include "fluid/grid/diffusion_limit.hpp"
+#include "fluid/immersed_boundary/gather.hpp"
 #include "fluid/output/bandwidth.hpp"
 #include "fluid/output/printable.hpp"
 #include "fluid/output/rhythm.hpp"
@@ -82,12 +83,15 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
   // The row of the checkpoint's step stands there already, should no step follow.
   if (resume && first_step_ % settings_.output.history_every == 0) history_step_ = first_step_;
   on_first_rank(comm, [&] { write_settings_file(folder_, settings_, numbers); });
-  if (!simulation_.spheres().empty())
-    spheres_ = std::make_unique<SphereWriter>(folder_, comm, simulation_.spheres(), resume_after);
+  if (simulation_.began_with_spheres()) {
+    const auto fixed = gather_on_first<SphereState>(comm, simulation_.fixed_here());
+    spheres_ = std::make_unique<SphereWriter>(folder_, comm, fixed, resume_after);
+  }
   on_first_rank(comm, [&] { history_ = std::make_unique<History>(folder_, resume_after); });
+  const SphereExtremes extremes = simulation_.extremes();
   if (first_rank_) {
     warn(warnings(settings_, numbers));
-    warn(warnings(settings_, simulation_.spheres()));
+    warn(warnings(settings_, extremes));
     fmt::print("{}\n\n{}\n{}\n{}", printable(settings_.title), derived_as_comments(numbers),
                effects_table(effects_), length_hints(settings_.grid.cells));
     fmt::print("{}", size_of_samples());
@@ -101,8 +105,7 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
 template <class Real>
 std::string RunOutput<Real>::size_of_samples() const {
   const Channel<Real>& channel = simulation_.channel();
-  const auto mobile = std::count_if(simulation_.spheres().begin(), simulation_.spheres().end(),
-                                    [](const SphereState& s) { return s.mobile; });
+  const std::int64_t mobile = simulation_.mobile_count();
   const double every = std::fmax(settings_.output.spheres_every, channel.time_step());
   double left = (settings_.time.end - channel.time()) / every;
   if (last_step_)
@@ -130,7 +133,7 @@ void RunOutput<Real>::warn(const std::vector<std::string>& sentences) {
 
 template <class Real>
 void RunOutput<Real>::warn_of_new_spheres() {
-  if (simulation_.spheres_changed()) warn(warnings(settings_, simulation_.gather_mobile()));
+  if (simulation_.spheres_changed()) warn(warnings(settings_, simulation_.extremes()));
 }
 
 template <class Real>
@@ -159,6 +162,7 @@ void RunOutput<Real>::load(const LoadGroup& group) {
     fixed_due_.load(group.group("fixed_due"));
     worst_residual_ = group.value<double>("worst_momentum_residual");
     const std::vector<double> forces = group.list<double>("fixed_forces");
+    if (!first_rank_) return;
     for (std::size_t n = 0; n + 3 <= forces.size(); n += 3)
       fixed_forces_before_.push_back({.force = Vec3(&forces[n])});
   });
@@ -286,7 +290,7 @@ template <class Real>
 void RunOutput<Real>::write_fixed_forces() {
   const Channel<Real>& channel = simulation_.channel();
   const std::vector<SphereLoad> forces = fixed_forces();
-  if (!spheres_ || forces.empty()) return;
+  if (!spheres_) return;
   spheres_->sample_fixed(channel.step(), channel.time(), forces,
                          settings_.output.fixed_every == 0.0);
 }

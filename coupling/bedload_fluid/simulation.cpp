@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -40,14 +41,36 @@ Simulation<Real>::Simulation(const Settings& settings, MPI_Comm comm, FluidSide*
                              std::span<const SphereState> spheres, const Cuts& cuts)
     : channel_(settings, comm, spheres, cuts),
       partner_(partner),
-      phases_(timing_, partner != nullptr || !spheres.empty(), partner != nullptr),
-      spheres_(spheres.begin(), spheres.end()),
+      phases_(timing_, partner != nullptr || channel_.immersed_boundary() != nullptr,
+              partner != nullptr),
       changes_(channel_.grid()) {
+  const BlockMap blocks = block_map(channel_.grid(), channel_.decomposition());
+  for (const SphereState& s : spheres)
+    if (blocks.is_near(channel_.decomposition().rank(), s.position, s.radius))
+      spheres_.push_back(s);
   changes_.update(spheres_);
-  account_.kinds = kinds_of(spheres_);
-  account_.mobile = std::count_if(spheres_.begin(), spheres_.end(),
-                                  [](const SphereState& s) { return s.mobile; });
-  if (partner_) partner_->divide(block_map(channel_.grid(), channel_.decomposition()));
+  count_spheres();
+  if (partner_) partner_->divide(blocks);
+}
+
+template <class Real>
+void Simulation<Real>::count_spheres() {
+  const std::vector<SphereState> mobile = mobile_here(), fixed = fixed_here();
+  Vec3 buoyancy_here = Vec3::Zero();
+  for (const SphereState& sphere : fixed) buoyancy_here += buoyancy(sphere);
+  std::array<double, 6> sums{static_cast<double>(mobile.size()),
+                             kinds_of(mobile),
+                             static_cast<double>(fixed.size()),
+                             buoyancy_here[0],
+                             buoyancy_here[1],
+                             buoyancy_here[2]};
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
+                channel_.comm());
+  account_.mobile = static_cast<std::int64_t>(sums[0]);
+  account_.kinds = sums[1];
+  has_fixed_ = sums[2] > 0.0;
+  began_with_spheres_ = has_fixed_ || sums[0] > 0.0;
+  buoyancy_of_fixed_ = Vec3(&sums[3]);
 }
 
 // The Runge-Kutta stages of one step. While the pressure is solved, which needs nothing of the
@@ -62,7 +85,7 @@ void Simulation<Real>::make_step(bool last) {
     timing_.measure(phases_.markers, [&] { move_spheres(); });
   }
   for (int stage = 0; stage < stage_count; ++stage) {
-    if (spheres_.empty() && !partner_) {
+    if (!channel_.immersed_boundary() && !partner_) {
       timing_.measure(phases_.flow, [&] {
         channel_.predict(stage);
         channel_.project(stage);
@@ -107,7 +130,8 @@ void Simulation<Real>::begin_step() {
   mean_loads_.clear();
   grain_intervals_.clear();
   // Without spheres all stages go in one, and the flow in between is not used.
-  if (!channel_.settings().output.energy_work || (spheres_.empty() && !partner_)) return;
+  if (!channel_.settings().output.energy_work || (!channel_.immersed_boundary() && !partner_))
+    return;
   work_ = {0.0, 0.0, 0.0};
   if (diffusion_is_implicit(channel_.settings(), channel_.grid()))
     work_.old_pressure = std::numeric_limits<double>::quiet_NaN();
@@ -203,17 +227,26 @@ void Simulation<Real>::take_note() {
 }
 
 template <class Real>
-std::vector<SphereState> Simulation<Real>::mobile_here() const {
+std::vector<SphereState> Simulation<Real>::here(bool mobile) const {
   const BlockMap blocks = block_map(channel_.grid(), channel_.decomposition());
   std::vector<SphereState> here;
   for (const SphereState& s : spheres_)
-    if (s.mobile && blocks.home(s.position) == channel_.decomposition().rank()) here.push_back(s);
+    if (s.mobile == mobile && blocks.home(s.position) == channel_.decomposition().rank())
+      here.push_back(s);
   return here;
 }
 
 template <class Real>
-std::vector<SphereState> Simulation<Real>::gather_mobile() const {
-  return gather_on_first<SphereState>(channel_.comm(), mobile_here());
+SphereExtremes Simulation<Real>::extremes() const {
+  const SphereExtremes mine = extremes_of(channel_.settings(), mobile_here());
+  std::array<double, 3> least{mine.lightest, -mine.heaviest, mine.thinnest_layer};
+  MPI_Allreduce(MPI_IN_PLACE, least.data(), 3, MPI_DOUBLE, MPI_MIN, channel_.comm());
+  double reynolds = mine.thinnest_layer == least[2] ? mine.reynolds : 0.0;
+  MPI_Allreduce(MPI_IN_PLACE, &reynolds, 1, MPI_DOUBLE, MPI_MAX, channel_.comm());
+  return {.lightest = least[0],
+          .heaviest = -least[1],
+          .thinnest_layer = least[2],
+          .reynolds = reynolds};
 }
 
 template <class Real>
@@ -230,39 +263,41 @@ Vec3 Simulation<Real>::buoyancy(const SphereState& sphere) const {
   return -volume * s.fluid.density * Vec3(s.fluid.gravity.data());
 }
 
-// F = -J / dt - rho V g, J being what the markers gave to the fluid in the step
+// F = -J / dt - rho V g, J being what the markers gave to the fluid in the step, on each rank that
+// the sphere is near
 template <class Real>
 std::vector<SphereLoad> Simulation<Real>::gather_fixed_forces() const {
+  struct Share {
+    std::int64_t tag;
+    std::array<double, 3> given, buoyancy;
+  };
+  const auto array = [](const Vec3& v) { return std::array<double, 3>{v[0], v[1], v[2]}; };
+  std::vector<Share> mine;
+  for (const SphereLoad& impulse : fixed_impulses_)
+    mine.push_back({impulse.tag, array(impulse.force), {}});
+  for (const SphereState& sphere : fixed_here())
+    mine.push_back({sphere.tag, {}, array(buoyancy(sphere))});
   std::vector<SphereLoad> forces;
-  for (const SphereState& sphere : spheres_)
-    if (!sphere.mobile) forces.push_back({.tag = sphere.tag, .force = buoyancy(sphere)});
-  std::vector<double> given(3 * forces.size(), 0.0);
-  for (const SphereLoad& impulse : fixed_impulses_) {
-    const auto found = std::lower_bound(forces.begin(), forces.end(), impulse.tag,
-                                        [](const SphereLoad& f, auto tag) { return f.tag < tag; });
-    const auto n = static_cast<std::size_t>(found - forces.begin());
-    for (std::size_t d = 0; d < 3; ++d) given[3 * n + d] = impulse.force[static_cast<int>(d)];
+  const std::vector<Share> all = gather_on_first<Share>(channel_.comm(), mine);
+  for (auto share = all.begin(); share != all.end();) {
+    const std::int64_t tag = share->tag;
+    Vec3 given = Vec3::Zero(), held_up = Vec3::Zero();
+    for (; share != all.end() && share->tag == tag; ++share) {
+      given += Vec3(share->given.data());
+      held_up += Vec3(share->buoyancy.data());
+    }
+    forces.push_back({.tag = tag, .force = held_up - given / channel_.last_time_step()});
   }
-  MPI_Allreduce(MPI_IN_PLACE, given.data(), static_cast<int>(given.size()), MPI_DOUBLE, MPI_SUM,
-                channel_.comm());
-  for (std::size_t n = 0; n < forces.size(); ++n)
-    forces[n].force -= Vec3(&given[3 * n]) / channel_.last_time_step();
   return forces;
 }
 
 template <class Real>
 Vec3 Simulation<Real>::fixed_force() const {
-  Vec3 given = Vec3::Zero(), force = Vec3::Zero();
-  bool has_fixed = false;
-  for (const SphereState& sphere : spheres_) {
-    if (sphere.mobile) continue;
-    has_fixed = true;
-    force += buoyancy(sphere);
-  }
-  if (!has_fixed) return force;  // on no rank
+  if (!has_fixed_) return Vec3::Zero();
+  Vec3 given = Vec3::Zero();
   for (const SphereLoad& impulse : fixed_impulses_) given += impulse.force;
   MPI_Allreduce(MPI_IN_PLACE, given.data(), 3, MPI_DOUBLE, MPI_SUM, channel_.comm());
-  return force - given / channel_.last_time_step();
+  return buoyancy_of_fixed_ - given / channel_.last_time_step();
 }
 
 template <class Real>

@@ -10,6 +10,7 @@
 #include "fluid/channel/channel.hpp"
 #include "fluid/output/timing.hpp"
 #include "fluid/validation/sphere_changes.hpp"
+#include "fluid/validation/warnings.hpp"
 
 namespace bedload {
 
@@ -31,8 +32,9 @@ struct EnergyWork {
 template <class Real>
 class Simulation {
  public:
-  /// `partner` is nullptr without LIGGGHTS; `spheres` are all, without LIGGGHTS fixed ones.
-  /// `cuts`: the division of the box that a run which goes on had, else empty.
+  /// `partner` is nullptr without LIGGGHTS; `spheres` are at least those near this rank's block
+  /// under the division `cuts`, or all where that is empty; without LIGGGHTS fixed ones.
+  /// Collective.
   Simulation(const Settings& settings, MPI_Comm comm, FluidSide* partner,
              std::span<const SphereState> spheres, const Cuts& cuts = {});
 
@@ -48,18 +50,21 @@ class Simulation {
   /// What LIGGGHTS did in the last step.
   const std::vector<GrainInterval>& grain_intervals() const { return grain_intervals_; }
 
-  /// All fixed spheres, and the mobile ones near this rank's block (at the start: all).
+  /// Those near this rank's block.
   const std::vector<SphereState>& spheres() const { return spheres_; }
-  /// The mobile spheres whose centre lies in this rank's block (at the start: of all).
-  std::vector<SphereState> mobile_here() const;
+  /// Whether the run has begun with spheres; the same on every rank.
+  bool began_with_spheres() const { return began_with_spheres_; }
+  /// The mobile, or fixed, spheres whose centre lies in this rank's block.
+  std::vector<SphereState> mobile_here() const { return here(true); }
+  std::vector<SphereState> fixed_here() const { return here(false); }
   /// This rank's part of force and torque on mobile spheres, mean over the last step: a sphere that
   /// changed rank in mid-step has its stages in two places, which are to be added up.
   std::vector<SphereLoad> mean_loads() const;
-  /// All mobile spheres, ascending tags; on the first rank, none on the others. Collective.
-  std::vector<SphereState> gather_mobile() const;
+  /// What is hardest among all mobile spheres. Collective.
+  SphereExtremes extremes() const;
   /// Force of the fluid on each fixed sphere, mean over the last step, buoyancy included; ascending
-  /// tags. Without what the fluid inside gains in momentum, whose mean over time is nothing.
-  /// Collective.
+  /// tags; on the first rank, none on the others. Without what the fluid inside gains in momentum,
+  /// whose mean over time is nothing. Collective.
   std::vector<SphereLoad> gather_fixed_forces() const;
   /// Their sum, which takes three numbers in a message however many spheres there are. Collective.
   Vec3 fixed_force() const;
@@ -75,6 +80,8 @@ class Simulation {
   std::int64_t collisions() const { return account_.collisions; }
 
  private:
+  std::vector<SphereState> here(bool mobile) const;
+  void count_spheres();
   /// Of the fluid on a fixed sphere at rest.
   Vec3 buoyancy(const SphereState& sphere) const;
   void begin_step();
@@ -106,6 +113,9 @@ class Simulation {
   StepAccount account_;
   SphereChanges changes_;
   bool spheres_changed_ = false;
+  bool began_with_spheres_ = false;
+  bool has_fixed_ = false;                 ///< on some rank
+  Vec3 buoyancy_of_fixed_ = Vec3::Zero();  ///< on all of them
   EnergyWork work_;
   double energy_ = 0.0;  ///< of the flow after the last part of a stage, where it is followed
 };

@@ -345,7 +345,10 @@ void Checkpoints<Real>::save(const SaveGroup& run) const {
     text += fmt::format("{} = {}\n", key, value);
   run.text(settings_name, text);
   run.text(overrides_name, fmt::format("{}", fmt::join(settings_.overrides, "\n")));
-  run.list<std::int64_t>(fixed_name, fingerprint_of_fixed(simulation_.spheres()));
+  std::array<std::int64_t, 2> fixed = fingerprint_of_fixed(simulation_.fixed_here());
+  MPI_Allreduce(MPI_IN_PLACE, &fixed[0], 1, MPI_INT64_T, MPI_SUM, run.comm());
+  MPI_Allreduce(MPI_IN_PLACE, &fixed[1], 1, MPI_INT64_T, MPI_BXOR, run.comm());
+  run.list<std::int64_t>(fixed_name, fixed);
   run.value(every_name, settings_.checkpoint.every);
   run.value(next_name, next_time_);
   const Cuts& cuts = channel.decomposition().cuts();

@@ -12,8 +12,8 @@
 #include "coupling/exchange/handshake.hpp"
 #include "coupling/exchange/routes.hpp"
 #include "coupling/exchange/stages.hpp"
+#include "fluid/files/collectively.hpp"
 #include "fluid/grid/send_to_ranks.hpp"
-#include "fluid/immersed_boundary/gather.hpp"
 #include "fluid/settings/errors.hpp"
 
 namespace bedload {
@@ -21,13 +21,6 @@ namespace {
 
 /// Time that a rank spends on getting a long message out before it goes off to compute [s].
 constexpr double longest_push = 2e-3;
-
-/// A sphere and the rank of LIGGGHTS that has it.
-struct OwnedSphere {
-  std::int64_t tag;
-  int owner;
-  StateRecord record;
-};
 
 double relative_difference(const Triple& a, const Triple& b, double size) {
   double difference = 0.0;
@@ -39,16 +32,57 @@ void add(Triple& sum, const Triple& term) {
   for (std::size_t d = 0; d < 3; ++d) sum[d] += term[d];
 }
 
+[[noreturn]] void report_twins(std::int64_t tag) {
+  throw UserError(
+      fmt::format("LIGGGHTS has two atoms of tag {}; every atom needs a tag of its own.", tag));
+}
+
 /// What the fluid computes does not depend on which rank of LIGGGHTS holds a sphere.
 void sort_by_tag(std::vector<SphereState>& spheres) {
   std::sort(spheres.begin(), spheres.end(),
             [](const SphereState& a, const SphereState& b) { return a.tag < b.tag; });
   const std::vector<SphereState>& ascending = spheres;
   for (std::size_t i = 1; i < ascending.size(); ++i)
-    if (ascending[i].tag == ascending[i - 1].tag)
-      throw UserError(
-          fmt::format("LIGGGHTS has two atoms of tag {}; every atom needs a tag of its own.",
-                      ascending[i].tag));
+    if (ascending[i].tag == ascending[i - 1].tag) report_twins(ascending[i].tag);
+}
+
+/// The lowest tag that comes twice among first .. first + count - 1; tags of a rank ascend and lie
+/// in that piece. Collective.
+std::int64_t lowest_twin(MPI_Comm comm, std::span<const SphereState> mine, std::int64_t first,
+                         int count) {
+  std::vector<std::int32_t> holders(static_cast<std::size_t>(count), 0);
+  for (const SphereState& sphere : mine) ++holders[static_cast<std::size_t>(sphere.tag - first)];
+  MPI_Allreduce(MPI_IN_PLACE, holders.data(), count, MPI_INT32_T, MPI_SUM, comm);
+  const auto twin = std::find_if(holders.begin(), holders.end(), [](int n) { return n > 1; });
+  return first + (twin - holders.begin());
+}
+
+/// Throws UserError where two ranks know a sphere of the same tag; tags of a rank ascend and
+/// differ. A bit for each tag goes round, a piece of them at a time, so that no rank holds the tags
+/// of all: where tags differ there are as many bits as spheres. Collective.
+void check_tags_of_ranks(MPI_Comm comm, std::span<const SphereState> mine) {
+  constexpr std::uint64_t word = 64;
+  constexpr int piece = 1 << 20;
+  std::int64_t last = mine.empty() ? -1 : mine.back().tag;
+  MPI_Allreduce(MPI_IN_PLACE, &last, 1, MPI_INT64_T, MPI_MAX, comm);
+  std::vector<std::uint64_t> known(piece / word);
+  for (std::int64_t first = 0; first <= last; first += piece) {
+    std::fill(known.begin(), known.end(), 0);
+    const auto end = std::find_if(mine.begin(), mine.end(),
+                                  [&](const SphereState& s) { return s.tag >= first + piece; });
+    const std::span<const SphereState> here(mine.begin(), end);
+    mine = mine.subspan(here.size());
+    for (const SphereState& sphere : here) {
+      const auto place = static_cast<std::uint64_t>(sphere.tag - first);
+      known[place / word] |= std::uint64_t{1} << (place % word);
+    }
+    auto spheres = static_cast<std::int64_t>(here.size()), tags = std::int64_t{0};
+    MPI_Allreduce(MPI_IN_PLACE, &spheres, 1, MPI_INT64_T, MPI_SUM, comm);
+    MPI_Allreduce(MPI_IN_PLACE, known.data(), static_cast<int>(known.size()), MPI_UINT64_T, MPI_BOR,
+                  comm);
+    for (const std::uint64_t bits : known) tags += std::popcount(bits);
+    if (tags != spheres) report_twins(lowest_twin(comm, here, first, piece));
+  }
 }
 
 }  // namespace
@@ -88,26 +122,38 @@ PartnerScene FluidSide::meet() {
   dem.effects.assign(effects.begin(), effects.end());
   if (const auto sentence = disagreement(scene_info_, dem.scene_info)) throw UserError(*sentence);
 
-  std::vector<OwnedSphere> told;
   for (const int rank : target_ranks(job_.rank(), job_.size(), job_.partner_size())) {
     std::vector<StateRecord> records;
     unpack_items<MotionHeader>(receive(job_.partner(), rank, Subject::spheres), records);
-    for (const StateRecord& record : records) told.push_back({record.tag, rank, record});
+    for (const StateRecord& record : records) {
+      told_.push_back({rank, record});
+      dem.told.push_back(sphere_state(record));
+    }
   }
-  for (const OwnedSphere& sphere : gather_by_tag<OwnedSphere>(job_.own(), told)) {
-    remember_owners({sphere.record}, sphere.owner);
-    dem.spheres.push_back(sphere_state(sphere.record));
-  }
-  sort_by_tag(dem.spheres);
-  const auto mobile =
-      std::count_if(dem.spheres.begin(), dem.spheres.end(), [](const auto& s) { return s.mobile; });
-  if (mobile != dem.scene_info.mobile ||
-      static_cast<std::int64_t>(dem.spheres.size()) - mobile != dem.scene_info.fixed)
+  collectively(job_.own(), [&] { sort_by_tag(dem.told); });
+  check_tags_of_ranks(job_.own(), dem.told);
+  std::array<std::int64_t, 2> sent{0, 0};  // fixed and mobile
+  for (const SphereState& sphere : dem.told) ++sent[sphere.mobile ? 1 : 0];
+  MPI_Allreduce(MPI_IN_PLACE, sent.data(), 2, MPI_INT64_T, MPI_SUM, job_.own());
+  if (sent[1] != dem.scene_info.mobile || sent[0] != dem.scene_info.fixed)
     throw UserError(
         fmt::format("LIGGGHTS announced {} mobile and {} fixed spheres but sent {} and {}.",
-                    dem.scene_info.mobile, dem.scene_info.fixed, mobile,
-                    static_cast<std::int64_t>(dem.spheres.size()) - mobile));
+                    dem.scene_info.mobile, dem.scene_info.fixed, sent[1], sent[0]));
   return dem;
+}
+
+std::vector<SphereState> FluidSide::share_out(const BlockMap& blocks) {
+  std::vector<std::vector<OwnedSphere>> near(static_cast<std::size_t>(job_.size()));
+  for (const OwnedSphere& sphere : std::exchange(told_, {}))
+    blocks.near(vec3(sphere.record.position), sphere.record.radius,
+                [&](int block) { near[static_cast<std::size_t>(block)].push_back(sphere); });
+  std::vector<SphereState> spheres;
+  for (const OwnedSphere& sphere : send_to_ranks(job_.own(), near)) {
+    remember_owners({sphere.record}, static_cast<int>(sphere.owner));
+    spheres.push_back(sphere_state(sphere.record));
+  }
+  sort_by_tag(spheres);
+  return spheres;
 }
 
 void FluidSide::remember_owners(const std::vector<StateRecord>& records, int dem) {

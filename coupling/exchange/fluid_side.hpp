@@ -43,8 +43,8 @@ double kinds_of(std::span<const SphereState> spheres);
 /// What the hand-shake brought.
 struct PartnerScene {
   DemSceneInfo scene_info{};
-  std::vector<SphereState> spheres;  ///< fixed and mobile, ascending tags
-  std::string effects;               ///< one line per effect of the LIGGGHTS script
+  std::vector<SphereState> told;  ///< those that this rank alone was told of, ascending tags
+  std::string effects;            ///< one line per effect of the LIGGGHTS script
 };
 
 /// The fluid's end of the exchange. Each rank receives the spheres near its block and sends the
@@ -61,6 +61,10 @@ class FluidSide {
   /// Waits until the LIGGGHTS script has come to coupled_run, compares the two programs' scenes.
   /// Throws UserError with both values where they disagree.
   PartnerScene meet();
+
+  /// Hands on the spheres that meet() brought, so that each rank knows those near its block, fixed
+  /// and mobile, ascending tags. Throws UserError where two have the same tag.
+  std::vector<SphereState> share_out(const BlockMap& blocks);
 
   /// Tells LIGGGHTS how the box is divided, and learns which of its ranks are partners.
   void divide(const BlockMap& blocks);
@@ -102,11 +106,17 @@ class FluidSide {
   };
   void post_loads(const LoadHeader& header, std::span<const SphereLoad> loads);
   void remember_owners(const std::vector<StateRecord>& records, int dem);
+  /// A sphere and the rank of LIGGGHTS that has it.
+  struct OwnedSphere {
+    std::int64_t owner;
+    StateRecord record;
+  };
 
   const Job& job_;
   SendQueue send_queue_;
   FluidSceneInfo scene_info_{};
   BlockMap blocks_;
+  std::vector<OwnedSphere> told_;                 ///< between meet() and share_out()
   std::vector<int> partners_;                     ///< ranks of LIGGGHTS, ascending
   std::unordered_map<std::int64_t, int> owners_;  ///< rank of LIGGGHTS by tag, of spheres here
   std::int64_t step_ = 0;

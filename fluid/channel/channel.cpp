@@ -7,6 +7,7 @@
 
 #include "fluid/channel/diagnostics.hpp"
 #include "fluid/channel/start_field.hpp"
+#include "fluid/files/collectively.hpp"
 #include "fluid/grid/diffusion_limit.hpp"
 #include "fluid/grid/division.hpp"
 #include "fluid/grid/mpi_ranks.hpp"
@@ -56,19 +57,21 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
     walls_.fill(velocity_);
   }
   measure_start();
-  if (!spheres.empty()) set_spheres(spheres);
+  set_spheres(spheres);
 }
 
 template <class Real>
 Channel<Real>::~Channel() = default;
 
 template <class Real>
-void Channel<Real>::set_spheres(std::span<const SphereState> all) {
-  if (all.empty() && !boundary_) return;
-  check_in_cubes(settings_.file, grid_, all);
+void Channel<Real>::set_spheres(std::span<const SphereState> spheres) {
+  int any = spheres.empty() ? 0 : 1;  // near this rank's block; it has a part in forcing the others
+  MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, comm());
+  if (any == 0 && !boundary_) return;
+  collectively(comm(), [&] { check_in_cubes(settings_.file, grid_, spheres); });
   if (!boundary_)
     boundary_ = std::make_unique<ImmersedBoundary<Real>>(settings_, grid_, decomposition_);
-  boundary_->set_spheres(all);
+  boundary_->set_spheres(spheres);
 }
 
 template <class Real>

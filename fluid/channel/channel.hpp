@@ -42,15 +42,16 @@ namespace bedload {
 template <class Real>
 class Channel {
  public:
-  /// Makes the start field. `spheres` decide how the planes are divided over the ranks and are
-  /// handed to set_spheres(); a run that goes on from another one gives that one's `cuts` instead.
+  /// Makes the start field. `spheres` are handed to set_spheres(); without `cuts` they are all of
+  /// the run and decide how the planes are divided over the ranks. Collective.
   /// Throws UserError for settings that contradict each other.
   Channel(const Settings& settings, MPI_Comm comm, std::span<const SphereState> spheres = {},
           const Cuts& cuts = {});
   ~Channel();
 
-  /// All spheres of the run, the same list on every rank; at the start and when some come or go.
-  void set_spheres(std::span<const SphereState> all);
+  /// All spheres that are near this rank's block, others may be among them; at the start and when
+  /// some come or go. Collective.
+  void set_spheres(std::span<const SphereState> spheres);
   /// The mobile spheres as they are now: all that are near this rank's block, others may be among
   /// them.
   void move_spheres(std::span<const SphereState> moved);

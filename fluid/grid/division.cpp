@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "fluid/files/collectively.hpp"
 #include "fluid/grid/block_map.hpp"
 #include "fluid/grid/mpi_ranks.hpp"
 #include "fluid/settings/errors.hpp"
@@ -65,10 +64,12 @@ bool fits(const Grid& grid, int y_parts, int z_parts) {
   return y_parts <= grid.cells[1] && z_parts <= grid.cells[2];
 }
 
-/// Whether some division of `ranks` gives each a block.
-bool divisible(const Grid& grid, int ranks) {
-  for (int z_parts = 1; z_parts <= ranks; ++z_parts)
-    if (ranks % z_parts == 0 && fits(grid, ranks / z_parts, z_parts)) return true;
+/// Whether `z_parts` blocks along z (0: some number of them) give each of `ranks` a block.
+bool divisible(const Grid& grid, int ranks, int z_parts = 0) {
+  for (int parts = 1; parts <= ranks; ++parts)
+    if (ranks % parts == 0 && (z_parts == 0 || parts == z_parts) &&
+        fits(grid, ranks / parts, parts))
+      return true;
   return false;
 }
 
@@ -181,6 +182,7 @@ double stage_time(const Grid& grid, const ForcingWork& forcing, const Cuts& cuts
 
 namespace {
 
+/// Of all divisions with `z_parts` blocks along z (0: any number).
 Cuts shortest_stage(const Grid& grid, const ForcingWork& forcing, int ranks, int z_parts) {
   constexpr int trials = 30, passes = 3;  // a pass knows the first slab of the one before
   const double nx = grid.cells[0], ny = grid.cells[1], nz = grid.cells[2];
@@ -213,7 +215,6 @@ Cuts shortest_stage(const Grid& grid, const ForcingWork& forcing, int ranks, int
       }
     }
   }
-  if (best.y.empty()) refuse(grid, ranks, z_parts);
   return best;
 }
 
@@ -228,15 +229,17 @@ void broadcast(MPI_Comm comm, std::vector<int>& numbers) {
 
 Cuts choose_cuts(const Grid& grid, std::span<const SphereState> spheres, int ranks, int z_parts,
                  int loops) {
+  if (!divisible(grid, ranks, z_parts)) refuse(grid, ranks, z_parts);
   return shortest_stage(grid, ForcingWork(grid, spheres, loops), ranks, z_parts);
 }
 
 Cuts choose_cuts_together(MPI_Comm comm, const Grid& grid, std::span<const SphereState> mine,
                           int z_parts, int loops) {
+  if (!divisible(grid, size_of(comm), z_parts)) refuse(grid, size_of(comm), z_parts);
   ForcingWork forcing(grid, mine, loops);
   forcing.add_up_on_first(comm);
   Cuts cuts;
-  on_first_rank(comm, [&] { cuts = shortest_stage(grid, forcing, size_of(comm), z_parts); });
+  if (rank_in(comm) == 0) cuts = shortest_stage(grid, forcing, size_of(comm), z_parts);
   broadcast(comm, cuts.y);
   broadcast(comm, cuts.z);
   return cuts;

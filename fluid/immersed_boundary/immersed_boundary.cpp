@@ -26,9 +26,9 @@ double root_mean(double squares, double count) {
   throw UserError(fmt::format("Two spheres have the tag {}; tags must differ.", tag));
 }
 
-void check_tags(std::span<const SphereState> all) {
+void check_tags(std::span<const SphereState> spheres) {
   std::unordered_set<std::int64_t> tags;
-  for (const SphereState& sphere : all)
+  for (const SphereState& sphere : spheres)
     if (!tags.insert(sphere.tag).second) report_twins(sphere.tag);
 }
 
@@ -72,22 +72,23 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       scratch_(grid_, {1, decomposition.rows()}, 3) {}
 
 template <class Real>
-void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> all) {
+void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> spheres) {
   std::vector<SphereState> fixed;
   std::uint64_t fingerprint = 0;
-  for (const SphereState& sphere : all) {
+  for (const SphereState& sphere : spheres) {
     check_radius(sphere);
     if (sphere.mobile) continue;
+    if (!blocks_.is_near(decomposition_.rank(), sphere.position, sphere.radius)) continue;
     fingerprint = fingerprint_with(fingerprint, sphere);
-    if (blocks_.is_near(decomposition_.rank(), sphere.position, sphere.radius))
-      fixed.push_back(sphere);
+    fixed.push_back(sphere);
   }
-  check_tags(all);
-  const bool fixed_stay = fingerprint == fixed_fingerprint_;
+  check_tags(spheres);
+  const Change of_fixed = fingerprint == fixed_fingerprint_ ? Change::none : Change::weigh;
   fixed_fingerprint_ = fingerprint;
   fixed_ = std::move(fixed);
-  set_mobile(all);
-  most_of_all(Change::weigh);
+  set_mobile(spheres);
+  // Where some are others, all ranks weigh: neighbours' markers have a part in the weights.
+  const bool fixed_stay = most_of_all(of_fixed) == Change::none;
   find_planes_reached();
   if (!fixed_stay) place_fixed();
   place_mobile(true);

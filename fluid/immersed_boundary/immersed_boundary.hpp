@@ -74,9 +74,9 @@ class ImmersedBoundary {
   /// `grid` and `decomposition` must outlive this object.
   ImmersedBoundary(const Settings& settings, const Grid& grid, const Decomposition& decomposition);
 
-  /// All spheres of the run, the same list on every rank; fixed ones' weights are computed here,
-  /// once. Throws UserError when a tag comes twice or a radius is not positive.
-  void set_spheres(std::span<const SphereState> all);
+  /// All spheres that are near this rank's block, others may be among them; fixed ones' weights are
+  /// computed here, once. Throws UserError when a tag comes twice or a radius is not positive.
+  void set_spheres(std::span<const SphereState> spheres);
 
   /// The mobile spheres as they are now: all that are near this rank's block; others may be among
   /// them. New ones may have come and old ones be gone; those that stay keep their restart data,

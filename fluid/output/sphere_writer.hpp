@@ -34,9 +34,9 @@ class SphereWriter {
   /// takes longer than so much data. (README.md, "Who writes the samples")
   static constexpr std::uint64_t few_rows = 50000;
 
-  /// `spheres`: all of them, at the start. `resume_after` >= 0 keeps the rows up to that step of a
-  /// run that is continued. Collective.
-  SphereWriter(const std::string& folder, MPI_Comm comm, std::span<const SphereState> spheres,
+  /// `fixed`: all fixed spheres on the first rank; those of other ranks are not read.
+  /// `resume_after` >= 0 keeps the rows up to that step of a run that is continued. Collective.
+  SphereWriter(const std::string& folder, MPI_Comm comm, std::span<const SphereState> fixed,
                std::int64_t resume_after = -1, double seconds_between_batches = default_interval,
                std::uint64_t few = few_rows);
   ~SphereWriter();

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 namespace bedload {
@@ -28,17 +27,11 @@ constexpr double thinnest_layer = 0.5;
 
 /// A contact of actm is as stiff as its own two spheres ask for, and hardens under what leans on
 /// them as far as the DEM step resolves.
-void warn_of_unequal_masses(const Settings& s, std::span<const SphereState> spheres,
+void warn_of_unequal_masses(const Settings& s, const SphereExtremes& spheres,
                             std::vector<std::string>& found) {
-  double lightest = std::numeric_limits<double>::infinity(), heaviest = 0.0;  // over 4 pi/3
-  for (const SphereState& sphere : spheres) {
-    if (!sphere.mobile || sphere.density == 0.0) continue;
-    const double mass = std::pow(sphere.radius, 3) * sphere.density;
-    lightest = std::min(lightest, mass);
-    heaviest = std::max(heaviest, mass);
-  }
   const bool hardens = s.coupling.dem_steps > 1;
-  if (heaviest < (hardens ? masses_far_apart : masses_apart) * (1.0 - 1e-9) * lightest) return;
+  const double limit = (hardens ? masses_far_apart : masses_apart) * (1.0 - 1e-9);
+  if (spheres.heaviest < limit * spheres.lightest) return;
   const char* const what =
       hardens ? "shot out at up to three times the heavy one's speed (./bedload study stability "
                 "--case size_ratio); reduce 'time.step' where the CFL limit ends the run"
@@ -47,7 +40,7 @@ void warn_of_unequal_masses(const Settings& s, std::span<const SphereState> sphe
   found.push_back(
       fmt::format("{}: the heaviest mobile sphere has {:.3g} times the mass of the lightest; one "
                   "that gets between such a sphere and a wall or the bed is {}.",
-                  s.file, heaviest / lightest, what));
+                  s.file, spheres.heaviest / spheres.lightest, what));
 }
 
 /// Along a periodic direction nothing can hold the fluid up against gravity but a pressure gradient
@@ -67,34 +60,40 @@ void warn_of_slope(const Settings& s, std::vector<std::string>& found) {
   }
 }
 
-/// Of all mobile spheres the one whose boundary layer in free fall is thinnest.
-std::optional<std::string> thin_layer(const Settings& s, std::span<const SphereState> spheres) {
+std::optional<std::string> thin_layer(const SphereExtremes& spheres) {
+  if (spheres.thinnest_layer >= thinnest_layer) return std::nullopt;
+  return fmt::format(
+      "falling freely a mobile sphere would have Re = {:.3g} and a boundary layer D/sqrt(Re) of "
+      "{:.2g} cells; with 0.6 its drag has been found right (./bedload study validation choices); "
+      "take more 'grid.cells' or a smaller Reynolds number.",
+      spheres.reynolds, spheres.thinnest_layer);
+}
+
+}  // namespace
+
+SphereExtremes extremes_of(const Settings& s, std::span<const SphereState> spheres) {
   const auto& g = s.fluid.gravity;
   const double gravity = std::hypot(g[0], g[1], g[2]), h = s.grid.length[0] / s.grid.cells[0];
-  double least = std::numeric_limits<double>::infinity(), fastest = 0.0;
+  SphereExtremes found;
   const SphereState* before = nullptr;  // grains of one kind come one after the other
   for (const SphereState& sphere : spheres) {
     if (!sphere.mobile || sphere.density == 0.0) continue;
     if (before != nullptr && sphere.radius == before->radius && sphere.density == before->density)
       continue;
     before = &sphere;
+    const double mass = std::pow(sphere.radius, 3) * sphere.density;
+    found.lightest = std::min(found.lightest, mass);
+    found.heaviest = std::max(found.heaviest, mass);
     const double diameter = 2.0 * sphere.radius;
     const double re = falling_reynolds(sphere.density / s.fluid.density, gravity, diameter,
                                        s.fluid.kinematic_viscosity);
     const double cells = cells_per_layer(diameter / h, re);
-    if (cells >= least) continue;
-    least = cells;
-    fastest = re;
+    if (cells >= found.thinnest_layer) continue;
+    found.thinnest_layer = cells;
+    found.reynolds = re;
   }
-  if (least >= thinnest_layer) return std::nullopt;
-  return fmt::format(
-      "falling freely a mobile sphere would have Re = {:.3g} and a boundary layer D/sqrt(Re) of "
-      "{:.2g} cells; with 0.6 its drag has been found right (./bedload study validation choices); "
-      "take more 'grid.cells' or a smaller Reynolds number.",
-      fastest, least);
+  return found;
 }
-
-}  // namespace
 
 std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbers) {
   std::vector<std::string> found;
@@ -140,10 +139,10 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
   return found;
 }
 
-std::vector<std::string> warnings(const Settings& s, std::span<const SphereState> spheres) {
+std::vector<std::string> warnings(const Settings& s, const SphereExtremes& spheres) {
   std::vector<std::string> found;
   warn_of_unequal_masses(s, spheres, found);
-  if (const auto sentence = thin_layer(s, spheres)) found.push_back(s.file + ": " + *sentence);
+  if (const auto sentence = thin_layer(spheres)) found.push_back(s.file + ": " + *sentence);
   return found;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,9 +15,19 @@ namespace bedload {
 /// in this scene. Printed at the start.
 std::vector<std::string> warnings(const Settings& settings, const DerivedNumbers& numbers);
 
+/// What is hardest among the mobile spheres of a run.
+struct SphereExtremes {
+  static constexpr double none = std::numeric_limits<double>::infinity();
+  double lightest = none, heaviest = 0.0;  ///< mass over 4 pi/3 [M]
+  double thinnest_layer = none;            ///< D/sqrt(Re) in free fall [cells], and its
+  double reynolds = 0.0;                   ///< Re
+};
+
+/// Of the mobile ones among `spheres`.
+SphereExtremes extremes_of(const Settings& settings, std::span<const SphereState> spheres);
+
 /// One sentence for each thing that the scheme does not do well with such mobile spheres; the run
-/// goes on nevertheless. `spheres`: all of the run. Printed at the start, and whenever spheres come
-/// or change.
-std::vector<std::string> warnings(const Settings& settings, std::span<const SphereState> spheres);
+/// goes on nevertheless. Printed at the start, and whenever spheres come or change.
+std::vector<std::string> warnings(const Settings& settings, const SphereExtremes& spheres);
 
 }  // namespace bedload

@@ -98,8 +98,8 @@ def rows_of(s: FlowStatistics, top: float, reference: Reference, diameter: float
     ]  # fmt: skip
 
 
-def fluxes_over_time(run: Run) -> tuple[float, float]:
-    """Grains' flux for a unit width in the third and in the last quarter of the record, from the samples."""
+def flux_samples(run: Run) -> tuple[np.ndarray, np.ndarray]:
+    """Times of the samples, and the grains' flux for a unit width in each."""
     times, values = [], []
     for block in run.sample_blocks():
         for time in np.unique(block.time):
@@ -107,8 +107,14 @@ def fluxes_over_time(run: Run) -> tuple[float, float]:
             times.append(float(time))
             values.append(float(np.sum(block.velocity[of, 0])))
     one = np.pi / 6.0 * run.diameter**3 / (run.box[0] * run.box[2])
+    return np.array(times), one * np.array(values)
+
+
+def fluxes_over_time(run: Run) -> tuple[float, float]:
+    """Grains' flux for a unit width in the third and in the last quarter of the record, from the samples."""
+    _, values = flux_samples(run)
     quarter = max(1, len(values) // 4)
-    return one * float(np.mean(values[-2 * quarter : -quarter])), one * float(np.mean(values[-quarter:]))
+    return float(np.mean(values[-2 * quarter : -quarter])), float(np.mean(values[-quarter:]))
 
 
 def erosion_at(runner: Runner, reference: Reference) -> Result:
@@ -136,21 +142,32 @@ def erosion_at(runner: Runner, reference: Reference) -> Result:
     return result
 
 
-STRONGER = (1.0, 1.4, 2.0, 2.8)  # flow of the runs of the law, over that of Re_b = 0.301
+STRONGER = (1.4, 2.0, 2.8)  # further flows of the law, over that of Re_b = 0.301
+WINDOW = (50.0, 100.0)  # times of the law's means; where the flow is stronger, as many times sooner
 CUBE = "Kidanemariam & Uhlmann 2014"
 
 
 def stronger(factor: float) -> dict[str, object]:
     """Keys for `factor` times the flow of Re_b = 0.301: all times are as many times shorter, so that the bed's
-    surface is sheared as far, in as many steps."""
-    reference = CASES_OF_FLUX[0]
-    if factor == 1.0:
-        return reference.changes[0]
+    surface is sheared as far in as many steps."""
     return {
         "flow.bulk_velocity": round(0.0190 * factor, 6), "reference.velocity": round(0.0427 * factor, 6),
-        "time.step": round(0.2 / factor, 6), "time.end": round(140.6 / factor, 4),
-        "statistics.from": round(60.0 / factor, 4), "output.spheres_every": round(2.0 / factor, 6),
+        "time.step": round(0.2 / factor, 6), "time.end": round(WINDOW[1] / factor, 6),
+        "output.spheres_every": round(2.0 / factor, 6), "statistics.from": round(WINDOW[0] / factor, 6),
     }  # fmt: skip
+
+
+def law_point(run: Run, window: tuple[float, float]) -> tuple[float, float]:
+    """Shields number of the upper wall's stress and the grains' flux over Ga^2 nu, means over `window`."""
+
+    def mean(time: np.ndarray, values: np.ndarray) -> float:
+        return float(np.mean(values[(time >= window[0]) & (time <= window[1])]))
+
+    weight = run.submerged_weight * run.diameter  # (rho_p - rho_f) g D
+    scale = weight / run.value("fluid.density") * run.diameter**2 / run.viscosity  # Ga^2 nu
+    history = run.history()
+    stress = mean(history["time"], np.abs(history["wall_stress_upper"]))
+    return stress / weight, mean(*flux_samples(run)) / scale
 
 
 def power_law(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
@@ -169,36 +186,35 @@ def erosion_law(runner: Runner) -> Result:
     result = Result("Flux of the grains over the Shields number, viscous flow, D/h = 6",
                     axes=("Shields number of the upper wall's stress", "flux of grains / (Ga^2 nu)"), logarithmic=True)  # fmt: skip
     result.remarks.append(
-        "The bed of Re_b 0.301 under stronger flows, for the same strain of its surface in the same number of steps "
-        "(collisions are as many times shorter). Both numbers are means over the last 57 % of a run. "
-        "Lower than 0.2 the threshold at about 0.12 is too near for a power of the Shields number itself."
+        "The bed of Re_b 0.301 under stronger flows, and the two of the case erosion, all sheared as far in as many "
+        "steps (a collision is as many times shorter); means over the same part of each. The threshold is about 0.12."
     )
-    shields, flux = [], []
-    for factor in STRONGER:
-        reynolds = CASES_OF_FLUX[0].reynolds * factor
-        run = runner("../laminar_erosion", f"erosion-{reynolds:.4g}", stronger(factor))
-        s = flow_statistics.read(run)
-        weight = GALILEO**2 * s.viscosity  # of the flux, and of nu D^-2 times stress over density
-        grains = fluxes(s)[1]
-        shields.append(float(s.wall_stress[1]) / s.density / weight / s.viscosity * run.diameter**2)
-        flux.append(grains / weight)
-        before, last = fluxes_over_time(run)
+    runs = [(r.reynolds, 1.0, r.changes) for r in CASES_OF_FLUX]
+    runs += [(CASES_OF_FLUX[0].reynolds * factor, factor, (stronger(factor), {})) for factor in STRONGER]
+    points = []
+    for reynolds, factor, changes in runs:
+        run = runner("../laminar_erosion", f"erosion-{reynolds:.4g}", *changes)
+        begin, end = (time / factor for time in WINDOW)
+        points.append(law_point(run, (begin, end)))
+        middle = 0.5 * (begin + end)
+        settling = law_point(run, (middle, end))[1] / law_point(run, (begin, middle))[1]
         result.rows += [
-            Row(f"Re_b {reynolds:.3g}: Shields number of the upper wall's stress", shields[-1]),
-            Row(f"Re_b {reynolds:.3g}: flux of grains / (Ga^2 nu)", flux[-1]),
-            Row(f"Re_b {reynolds:.3g}: flux, last quarter of the time over the third", last / before, 1.0, source="steady"),
+            Row(f"Re_b {reynolds:.3g}: Shields number", points[-1][0]),
+            Row(f"Re_b {reynolds:.3g}: flux of grains / (Ga^2 nu)", points[-1][1]),
+            Row(f"Re_b {reynolds:.3g}: flux, second half of that time over the first", settling, 1.0, source="steady"),
         ]  # fmt: skip
-    exponent, factor, half = power_law(np.array(shields), np.array(flux))
+    shields, flux = np.array(points).T
+    exponent, factor, half = power_law(shields, flux)
     result.rows += [
         Row(f"exponent of the Shields number, +- {half:.2f} (95 %)", exponent, 3.0, 0.2, source=CUBE),
         Row("flux / (Ga^2 nu) at a Shields number of 1 by that fit", factor),
     ]  # fmt: skip
-    line = np.array([min(shields), max(shields)])
-    middle = float(np.exp(np.mean(np.log(flux) - 3.0 * np.log(shields))))
+    ends = np.array([shields.min(), shields.max()])
+    cube = float(np.exp(np.mean(np.log(flux) - 3.0 * np.log(shields))))
     result.curves += [
         Curve("runs", np.round(shields, 5).tolist(), np.round(flux, 6).tolist(), points=True),
-        Curve(f"fit, exponent {exponent:.2f} +- {half:.2f}", line.tolist(), (factor * line**exponent).tolist()),
-        Curve(f"cube, {middle:.2f} times", line.tolist(), (middle * line**3).tolist()),
+        Curve(f"fit, exponent {exponent:.2f} +- {half:.2f}", ends.tolist(), (factor * ends**exponent).tolist()),
+        Curve(f"cube, {cube:.2f} times", ends.tolist(), (cube * ends**3).tolist()),
     ]  # fmt: skip
     return result
 

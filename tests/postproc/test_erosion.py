@@ -41,3 +41,36 @@ def test_rows_hold_the_shields_number_of_the_height():
     assert rows[name + "h_f/D of the flux and the upper wall's stress"].found == pytest.approx(4.0)
     shields = rows[name + "Shields number with the first of them"].found
     assert shields == pytest.approx(6.0 * 1.6 / 0.397**2 / 16.0)
+
+
+def test_power_law_and_its_interval():
+    x = np.array([0.2, 0.3, 0.4, 0.6])
+    assert erosion.power_law(x, 1.5 * x**3) == pytest.approx((3.0, 1.5, 0.0), abs=1e-9)
+    # The interval by the textbook's formula, from residuals of +-10 % with no slope of their own.
+    x, off = np.exp(np.array([-1.0, 0.0, 1.0])), np.array([0.05, -0.1, 0.05])
+    exponent, _, half = erosion.power_law(x, x**2 * np.exp(off))
+    assert exponent == pytest.approx(2.0)
+    assert half == pytest.approx(12.706 * np.sqrt(np.sum(off**2) / 1 / 2.0), rel=1e-3)
+
+
+def test_stronger_flow_shears_the_bed_as_far_in_as_many_steps():
+    once, twice = erosion.stronger(1.0), erosion.stronger(2.0)
+    for key in ("time.end", "time.step", "output.spheres_every", "statistics.from"):
+        assert twice[key] == pytest.approx(once[key] / 2.0)
+    assert twice["flow.bulk_velocity"] == pytest.approx(2.0 * once["flow.bulk_velocity"])
+
+
+def test_point_of_the_law_is_in_viscous_units_and_of_its_window():
+    """Two grains of D = 2 in a box of 4 x 3, speeds 3 and 5 in the window; Ga^2 nu = 0.5 x 2^3/(4 x 0.25)."""
+
+    def blocks():
+        yield SimpleNamespace(time=np.array([1.0, 1.0, 4.0, 4.0]), velocity=np.array([[9.0], [9.0], [3.0], [5.0]]))
+
+    run = SimpleNamespace(
+        submerged_weight=0.5, viscosity=0.25, diameter=2.0, box=(4.0, 9.0, 3.0), sample_blocks=blocks,
+        value={"fluid.density": 4.0}.__getitem__,
+        history=lambda: {"time": np.array([1.0, 4.0]), "wall_stress_upper": np.array([9.0, -0.03])},
+    )  # fmt: skip
+    shields, flux = erosion.law_point(run, (2.0, 5.0))
+    assert shields == pytest.approx(0.03 / (0.5 * 2.0))
+    assert flux == pytest.approx(np.pi / 6.0 * 2.0**3 * 8.0 / (4.0 * 3.0) / 4.0)

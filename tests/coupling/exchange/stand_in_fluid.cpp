@@ -137,18 +137,22 @@ void run(Job& job, const Options& o) {
   side.introduce(scene_info_of(o));
   const PartnerScene dem = side.meet();
 
-  std::vector<SphereState> mobile;
-  for (const SphereState& s : dem.spheres)
-    if (s.mobile) mobile.push_back(s);
   if (job.rank() == 0)
     fmt::print("spheres fixed={} mobile={}\n", dem.scene_info.fixed, dem.scene_info.mobile);
 
   const BlockMap blocks = blocks_of(o, job.size());
-  side.divide(blocks);
   const auto is_home = [&](const SphereState& s) { return blocks.home(s.position) == job.rank(); };
   const auto is_near = [&](const SphereState& s) {
     return blocks.is_near(job.rank(), s.position, s.radius);
   };
+  const std::vector<SphereState> started = side.share_out(blocks);
+  std::vector<SphereState> mine;
+  std::copy_if(started.begin(), started.end(), std::back_inserter(mine),
+               [&](const SphereState& s) { return s.mobile && is_home(s); });
+  std::vector<SphereState> mobile = gather_by_tag<SphereState>(job.own(), mine);
+  if (!std::all_of(started.begin(), started.end(), is_near))
+    throw UserError("a rank was told of spheres that are not near its block.");
+  side.divide(blocks);
 
   std::ofstream table;
   if (job.rank() == 0 && !o.out.empty()) table.open(o.out);

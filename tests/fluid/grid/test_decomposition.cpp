@@ -6,6 +6,7 @@
 
 #include "fluid/grid/decomposition.hpp"
 #include "fluid/grid/division.hpp"
+#include "fluid/grid/mpi_ranks.hpp"
 #include "fluid/settings/errors.hpp"
 #include "tests/fluid/flow_case.hpp"
 
@@ -211,6 +212,38 @@ TEST(ChooseCuts, DividesRowsWhereItPays) {
   EXPECT_GE(choose_cuts(flat, {}, 8).z_parts(), 2);
   EXPECT_GT(choose_cuts(bed_grid, heap(1000), 8).z_parts(), 1);
   EXPECT_EQ(choose_cuts(cube, {}, 4, 4).z_parts(), 4);  // as told
+}
+
+// The division of one list, whichever rank knows which of its spheres.
+TEST(ChooseCuts, RanksAgreeOnSpheresThatNoneKnowsAll) {
+  const std::vector<SphereState> all = heap(4);
+  const int ranks = size_of(MPI_COMM_WORLD), rank = rank_in(MPI_COMM_WORLD);
+  std::vector<SphereState> mine;
+  for (std::size_t n = 0; n < all.size(); ++n)
+    if (static_cast<int>(n) % ranks == rank) mine.push_back(all[n]);
+  const Cuts together = choose_cuts_together(MPI_COMM_WORLD, bed_grid, mine);
+  const Cuts alone = choose_cuts(bed_grid, all, ranks);
+  EXPECT_EQ(together.y, alone.y);
+  EXPECT_EQ(together.z, alone.z);
+  if (ranks == 2) EXPECT_NE(alone.y, choose_cuts(bed_grid, mine, ranks).y) << "too easy";
+}
+
+TEST(ForcingWork, RanksAddUpTheirSpheres) {
+  const int ranks = size_of(MPI_COMM_WORLD), rank = rank_in(MPI_COMM_WORLD);
+  const std::vector<SphereState> one = heap(1), none;
+  ForcingWork together(bed_grid, rank + 1 == ranks ? one : none, 1);
+  together.add_up_on_first(MPI_COMM_WORLD);
+  if (rank != 0) return;
+  const ForcingWork alone(bed_grid, one, 1);
+  EXPECT_EQ(together.block(0, 7, 3, 16), alone.block(0, 7, 3, 16));
+  for (int j = 0; j < 20; ++j) {
+    EXPECT_EQ(together.plane(j), alone.plane(j));
+    EXPECT_EQ(together.crosses_plane(j), alone.crosses_plane(j));
+  }
+  for (int k = 0; k < 16; ++k) {
+    EXPECT_EQ(together.row(k), alone.row(k));
+    EXPECT_EQ(together.crosses_row(k), alone.crosses_row(k));
+  }
 }
 
 TEST(ChooseCuts, RefusesWhatCannotBeDivided) {
