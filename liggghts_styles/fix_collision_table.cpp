@@ -12,6 +12,7 @@
 #include <fstream>
 #include <span>
 
+#include "liggghts_styles/hand_on.hpp"
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/owned_atom.hpp"
 
@@ -182,26 +183,26 @@ void FixCollisionTable::finish(const Record& r) {
                        std::sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]), r.largest_overlap});
 }
 
-std::vector<double> FixCollisionTable::gather(const std::vector<double>& mine) const {
-  const int count = static_cast<int>(mine.size());
-  std::vector<int> counts(comm->nprocs), starts(comm->nprocs, 0);
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
-  for (int n = 1; n < comm->nprocs; ++n) starts[n] = starts[n - 1] + counts[n - 1];
-  std::vector<double> all(starts.back() + counts.back());
-  MPI_Allgatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), starts.data(),
-                 MPI_DOUBLE, world);
-  return all;
+/// The finished contacts of all ranks on the first one, none on the others. Collective.
+std::vector<FixCollisionTable::Row> FixCollisionTable::gather_finished() const {
+  const int count = static_cast<int>(finished_.size() * std::tuple_size_v<Row>);
+  std::vector<int> counts(comm->me == 0 ? comm->nprocs : 0), starts(counts.size(), 0);
+  MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, world);
+  for (std::size_t n = 1; n < counts.size(); ++n) starts[n] = starts[n - 1] + counts[n - 1];
+  const int all = counts.empty() ? 0 : starts.back() + counts.back();
+  std::vector<Row> rows(all / std::tuple_size_v<Row>);
+  MPI_Gatherv(finished_.data(), count, MPI_DOUBLE, rows.data(), counts.data(), starts.data(),
+              MPI_DOUBLE, 0, world);
+  return rows;
 }
 
 void FixCollisionTable::write() {
-  std::vector<double> mine;
-  for (const Row& row : finished_) mine.insert(mine.end(), row.begin(), row.end());
+  std::vector<Row> rows = gather_finished();
+  auto count = static_cast<std::int64_t>(finished_.size());
+  MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_INT64_T, MPI_SUM, world);
+  count_ += count;
   finished_.clear();
-  const std::vector<double> all = gather(mine);
-  std::vector<Row> rows(all.size() / std::tuple_size_v<Row>);
-  std::memcpy(rows.data(), all.data(), all.size() * sizeof(double));
-  count_ += static_cast<std::int64_t>(rows.size());
-  if (comm->me != 0 || rows.empty()) return;
+  if (rows.empty()) return;
   // By end, then tags: the same order on any number of ranks.
   std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
     return std::tie(a[3], a[0], a[1]) < std::tie(b[3], b[0], b[1]);
@@ -219,28 +220,20 @@ void FixCollisionTable::write() {
 void FixCollisionTable::pre_neighbor() {
   if (comm->nprocs == 1) return;
   const auto is_mine = [&](double tag) { return owned_atom(*atom, static_cast<int>(tag)) >= 0; };
-  std::vector<double> leaving;
+  std::vector<Record> leaving;
   for (auto place = open_.begin(); place != open_.end();) {
     if (is_mine(place->second.tag)) {
       ++place;
       continue;
     }
-    const auto* numbers = reinterpret_cast<const double*>(&place->second);
-    leaving.insert(leaving.end(), numbers, numbers + record_size);
+    leaving.push_back(place->second);
     place = open_.erase(place);
   }
-  const std::vector<double> all = gather(leaving);
-  if (all.empty()) return;
-  std::vector<Record> records(all.size() / record_size);
-  std::memcpy(records.data(), all.data(), all.size() * sizeof(double));
-  std::vector<int> taken(records.size(), 0);
-  for (std::size_t n = 0; n < records.size(); ++n)
-    if (is_mine(records[n].tag)) taken[n] = open_.emplace(key_of(records[n]), records[n]).second;
-  MPI_Allreduce(MPI_IN_PLACE, taken.data(), static_cast<int>(taken.size()), MPI_INT, MPI_MAX,
-                world);
-  if (comm->me != 0) return;
-  for (std::size_t n = 0; n < records.size(); ++n)
-    if (taken[n] == 0) finish(records[n]);  // its sphere is gone
+  const auto take = [&](const Record& record) {
+    return is_mine(record.tag) && open_.emplace(key_of(record), record).second;
+  };
+  for (const Record& record : hand_on(world, neighbour_ranks(*comm), leaving, take))
+    finish(record);  // its sphere is gone
 }
 
 void FixCollisionTable::post_run() { write(); }

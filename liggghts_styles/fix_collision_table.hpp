@@ -92,7 +92,7 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   void cut_file(std::int64_t rows) const;
   template <class Add>
   void add_to_file(const char* mode, Add&& add);
-  std::vector<double> gather(const std::vector<double>& mine) const;
+  std::vector<Row> gather_finished() const;
 
   std::string file_;
   std::int64_t every_ = static_cast<std::int64_t>(keywords[0].preset);

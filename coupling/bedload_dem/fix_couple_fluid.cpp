@@ -22,7 +22,6 @@
 #include "error.h"
 #include "fix_gravity.h"
 #include "fix_property_atom.h"
-#include "fluid/immersed_boundary/gather.hpp"
 #include "fluid/kernels/fnv.hpp"
 #include "fluid/settings/errors.hpp"
 #include "force.h"
@@ -30,6 +29,7 @@
 #include "integrate.h"
 #include "lammps.h"
 #include "liggghts_styles/fluid_values.hpp"
+#include "liggghts_styles/hand_on.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
 #include "liggghts_styles/owned_atom.hpp"
@@ -368,18 +368,13 @@ void FixCoupleFluid::hand_on_loads() {
   });
   const std::vector<LoadRecord> strays(stray, loads.end());
   loads.erase(stray, loads.end());
-  const std::vector<LoadRecord> all = gather_by_tag<LoadRecord>(world, strays);
-  std::vector<int> found(all.size(), 0);
-  for (std::size_t n = 0; n < all.size(); ++n)
-    if (place_of(all[n].tag) >= 0) {
-      loads.push_back(all[n]);
-      found[n] = 1;
-    }
-  MPI_Allreduce(MPI_IN_PLACE, found.data(), static_cast<int>(found.size()), MPI_INT, MPI_SUM,
-                world);
-  if (comm->me != 0) return;
-  for (std::size_t n = 0; n < all.size(); ++n)
-    if (found[n] == 0) book_lost(all[n]);
+  const auto take = [&](const LoadRecord& load) {
+    if (place_of(load.tag) < 0) return false;
+    loads.push_back(load);
+    return true;
+  };
+  for (const LoadRecord& load : hand_on(world, neighbour_ranks(*comm), strays, take))
+    book_lost(load);
 }
 
 // A sphere that is gone does not get the rest of its load: sum_i F_i (steps left) dt

@@ -96,15 +96,21 @@ void say_that_it_takes_long(int) {
 }  // namespace
 
 int exchange_process_numbers(MPI_Comm world, Program program, int rank) {
-  int size = 1;
-  MPI_Comm_size(world, &size);
+  // Ranks of one node; containers on it may have process tables of their own. What a rank hears and
+  // holds does not grow with the nodes.
+  int world_rank = 0, size = 1;
+  MPI_Comm_rank(world, &world_rank);
+  MPI_Comm node = MPI_COMM_NULL;
+  MPI_Comm_split_type(world, MPI_COMM_TYPE_SHARED, world_rank, MPI_INFO_NULL, &node);
+  MPI_Comm_size(node, &size);
   Introduction mine{};
   machine_identity().copy(mine.machine.data(), mine.machine.size() - 1);
   mine.process = static_cast<std::int32_t>(::getpid());
   mine.program = static_cast<std::int32_t>(program);
   mine.rank = rank;
   std::vector<Introduction> all(static_cast<std::size_t>(size));
-  MPI_Allgather(&mine, sizeof mine, MPI_BYTE, all.data(), sizeof mine, MPI_BYTE, world);
+  MPI_Allgather(&mine, sizeof mine, MPI_BYTE, all.data(), sizeof mine, MPI_BYTE, node);
+  MPI_Comm_free(&node);
   neighbours.clear();
   int of_program = 0;
   for (const Introduction& other : all) {

@@ -28,6 +28,7 @@ MANY_CELLS = 3_000_000  # a trial's largest grid: some 240 MB, far outside the c
 STEPS = 10
 LONGER = 4  # times as many in one of the repeats, which tells what each step writes
 REPEATS = 3  # of the larger trial: other work on the machine only ever adds time
+ROW_BYTES = 152  # of a mobile sphere in a sample: 19 numbers (fluid/output/sphere_writer.hpp)
 LEAST_CELLS = 16  # along each edge, of the trial that shows the program's own memory
 
 
@@ -44,6 +45,8 @@ class Estimate:
     trial_cells: tuple[int, int, int]
     falling_reynolds: float | None = None  # of the mobile spheres, where they have weight
     cells_per_layer: float | None = None  # in their boundary layer D/sqrt(Re)
+    mobile_spheres: int = 0
+    samples: int = 0  # of the mobile spheres in spheres.h5
 
     @property
     def seconds(self) -> float:
@@ -180,7 +183,15 @@ def from_trials(
         larger.cells,
         larger.derived.get("falling_reynolds"),
         layer_on(cells, larger),
+        larger.mobile_spheres,
+        samples_of(larger.settings, steps),
     )
+
+
+def samples_of(settings: dict, steps: int) -> int:
+    """Instants of which spheres.h5 holds the mobile spheres: the start, and each output.spheres_every."""
+    every = settings["output"].get("spheres_every", 0.0)
+    return 1 + (min(steps, math.floor(settings["time"]["end"] / every + 1e-6)) if every > 0.0 else steps)
 
 
 def layer_on(cells: tuple[int, int, int], trial: Trial) -> float | None:
@@ -276,6 +287,11 @@ def describe(e: Estimate, ranks: job.Ranks, moves_grains: bool, available: float
         lines.append(
             f"boundary layer {e.cells_per_layer:.2g} cells (D/sqrt(Re) of a grain that falls freely, Re "
             f"{e.falling_reynolds:.3g}){layer_verdict(e.cells_per_layer)}"
+        )
+    if e.mobile_spheres > 0:
+        lines.append(
+            f"spheres.h5     {memory(ROW_BYTES * e.mobile_spheres * e.samples)}: {e.mobile_spheres} mobile "
+            f"spheres, {e.samples} samples (output.spheres_every)"
         )
     if e.trial_cells != e.cells:
         lines.append("scaled from    " + " x ".join(map(str, e.trial_cells)) + " cells")

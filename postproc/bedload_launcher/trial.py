@@ -44,6 +44,7 @@ class Trial:
     wall_seconds: float = 0.0
     proportional_bytes: int = 0
     derived: dict[str, float] = field(default_factory=dict)
+    mobile_spheres: int = 0  # at the end
 
     @property
     def cells(self) -> tuple[int, int, int]:
@@ -91,7 +92,7 @@ def run_trial(
         seconds.get("output", 0.0), memory.bytes_of("bedload-fluid"),
         memory.bytes_of("bedload-dem"), answer, allowed_step(settings, last),
         seconds.get("checkpoints", 0.0), max(0.0, wall - sum(seconds.values())), wall,
-        memory.proportional_bytes, derived_numbers(text),
+        memory.proportional_bytes, derived_numbers(text), int(last["mobile_spheres"]),
     )  # fmt: skip
 
 

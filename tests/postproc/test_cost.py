@@ -140,3 +140,16 @@ def test_cells_in_the_boundary_layer_go_with_the_grid():
         assert ("fewer than were ever tried" in said, "oblique" in said) == (cells == 40, cells == 80)
     still = cost.from_trials((80, 80, 80), [trial((40, 40, 40), {"pressure": 1e-3})])
     assert "boundary layer" not in cost.describe(still, ranks, True, 1e12)
+
+
+@pytest.mark.parametrize("every, samples", [(0.0, 101), (0.5, 21), (0.04, 101), (20.0, 1)])
+def test_size_of_the_samples_is_said(every, samples):
+    """100 steps of 0.1; a sample of the start, of each step or as often as told; 19 numbers a grain."""
+    larger = replace(trial((160, 90, 80), {"markers": 1.0}), mobile_spheres=1000)
+    larger.settings["output"]["spheres_every"] = every
+    e = cost.from_trials((160, 90, 80), [larger])
+    assert e.samples == samples
+    size = cost.memory(1000 * samples * 19 * 8)
+    assert f"spheres.h5     {size}: 1000 mobile spheres, {samples} samples" in cost.describe(
+        e, job.Ranks(1, 1), True, 1e12
+    )

@@ -221,11 +221,11 @@ TEST(ChooseCuts, RanksAgreeOnSpheresThatNoneKnowsAll) {
   std::vector<SphereState> mine;
   for (std::size_t n = 0; n < all.size(); ++n)
     if (static_cast<int>(n) % ranks == rank) mine.push_back(all[n]);
-  const Cuts together = choose_cuts_together(MPI_COMM_WORLD, bed_grid, mine);
-  const Cuts alone = choose_cuts(bed_grid, all, ranks);
+  const Cuts together = choose_cuts_together(MPI_COMM_WORLD, bed_grid, mine, 1);
+  const Cuts alone = choose_cuts(bed_grid, all, ranks, 1);
   EXPECT_EQ(together.y, alone.y);
   EXPECT_EQ(together.z, alone.z);
-  if (ranks == 2) EXPECT_NE(alone.y, choose_cuts(bed_grid, mine, ranks).y) << "too easy";
+  if (ranks == 2) EXPECT_NE(alone.y, choose_cuts(bed_grid, mine, ranks, 1).y) << "too easy";
 }
 
 TEST(ForcingWork, RanksAddUpTheirSpheres) {
