@@ -267,6 +267,7 @@ Vec3 Simulation<Real>::buoyancy(const SphereState& sphere) const {
 // the sphere is near
 template <class Real>
 std::vector<SphereLoad> Simulation<Real>::gather_fixed_forces() const {
+  if (!has_fixed_) return {};
   struct Share {
     std::int64_t tag;
     std::array<double, 3> given, buoyancy;
