@@ -22,7 +22,8 @@ from .accuracy_report import write_report
 from .earlier_run import add_start_from
 
 
-OF_A_SCENE = ("quantity", "model", "ranks", "set", "start_from")
+OF_A_SCENE = ("hours", "quantity", "model", "ranks", "set", "start_from")
+OF_CASES = ("case", "again")
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def write_table(file: Path, points: list[Point]) -> None:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", nargs="?", metavar="SCENE", help="a scene's own answer (none: the known cases)")
-    parser.add_argument("--hours", type=float, default=0.1, help="of a SCENE's runs together (default: 0.1)")
+    parser.add_argument("--hours", type=float, help="of a SCENE's runs together (default: 0.1)")
     parser.add_argument("--quantity", metavar="NAME", help="of a SCENE: what is judged (default: grain velocity, "
                         "else driving force, else flow energy; any column of history.csv)")  # fmt: skip
     parser.add_argument("--model", help="of a SCENE: as for run")
@@ -100,10 +101,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
+    others, of_which = (OF_A_SCENE, "a SCENE of one's own") if options.scene is None else (OF_CASES, "the known cases")
+    if needless := [name for name in others if vars(options)[name]]:
+        raise UserError(f"--{needless[0].replace('_', '-')} is for {of_which} alone.")
     if options.scene is not None:
         return accuracy_scene.run(options)
-    if needless := [name for name in OF_A_SCENE if vars(options)[name]]:
-        raise UserError(f"--{needless[0].replace('_', '-')} is for a SCENE of one's own, and none is given.")
     for name in options.case or []:
         if name not in CASES:
             raise unknown("case", name, CASES)

@@ -29,6 +29,7 @@ import matplotlib.pyplot as plt  # noqa: E402  (the backend comes first)
 
 COARSER, FINER = 0.8, 1.25
 TRIAL_STEPS, FEWEST_STEPS = 10, 60
+HOURS = 0.1  # of all runs together, unless told
 AS_IT_IS = "as it is"
 
 
@@ -194,6 +195,7 @@ def run(options) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
     ranks = job.Ranks.parse(options.ranks)
+    hours = options.hours or HOURS
     out = options.report or options.runs / scene.name
     out.mkdir(parents=True, exist_ok=True)
 
@@ -210,13 +212,13 @@ def run(options) -> int:
     step_seconds = trial.price / TRIAL_STEPS / ranks.fluid
     tried = choices(scene, trial.settings)
     step, end = trial.settings["time"]["step"], trial.settings["time"]["end"]
-    steps = shared_steps(options.hours, 1.5 * sum(c.work for c in tried), step_seconds, math.ceil(end / step))
+    steps = shared_steps(hours, 1.5 * sum(c.work for c in tried), step_seconds, math.ceil(end / step))
     until = f"time.end={steps * step!r}"
     say(f"bedload: {len(tried)} choices over {steps} of the scene's steps, t = {steps * step:g}")
     works = [
         (lambda keys=choice.keys: run_once(work(None, until, *keys), start.price, beginning)) for choice in tried
     ]
-    runs = interleaved(works, began + 3600.0 * options.hours, say)
+    runs = interleaved(works, began + 3600.0 * hours, say)
     if not isinstance(runs[0], Priced):
         raise UserError(runs[0])
     since = 0.5 * steps * step

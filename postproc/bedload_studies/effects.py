@@ -239,15 +239,15 @@ def run(options: argparse.Namespace) -> int:
         fitting = 3600.0 * options.hours * ranks.fluid / (REPEATS * len(todo) * trial.price / 10)
         steps = options.steps or int(min(max(fitting, FEWEST_STEPS), most))
         say(f"bedload: {len(todo)} runs of {steps} steps, in turn")
+        # Before the others, so that none of them runs in vain.
+        base = once(as_it_is, steps, start.price)
+        since = half_way(base)
+        name = moves(base, options.quantity, since)
+        if name is None:
+            raise UserError(f"no answer of {scene.name} moves within {steps} steps; give it more with --hours.")
         works = [(lambda v=variant: once(v, steps, start.price)) for variant in todo]
-        runs = interleaved(works, began + 3600.0 * options.hours, say, least=SPREAD_OF)
-    base = runs[0]
-    if isinstance(base, str):
-        raise UserError(base)
-    since = half_way(base)
-    name = moves(base, options.quantity, since)
-    if name is None:
-        raise UserError(f"no answer of {scene.name} moves within {steps} steps; give it more with --hours.")
+        runs = interleaved(works, began + 3600.0 * options.hours, say, SPREAD_OF, [base])
+    base = runs[0] if isinstance(runs[0], Priced) else base  # with its repeats
     rows = [compare(v, r, base, name, since) for v, r in zip(todo[1:], runs[1:], strict=True)]
     with (out / "effects.csv").open("w", newline="", encoding="utf-8") as stream:
         table = csv.DictWriter(stream, list(Compared.__dataclass_fields__), lineterminator="\n")

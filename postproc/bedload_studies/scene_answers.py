@@ -174,13 +174,14 @@ def run_once(work: job.Job, start_seconds: float = 0.0, beginning: EarlierRun | 
 
 
 def interleaved(
-    works: Sequence[Callable[[], Priced]], until: float, say: Callable[[str], None] = lambda _: None, least: int = 1
+    works: Sequence[Callable[[], Priced]], until: float, say: Callable[[str], None] = lambda _: None,
+    least: int = 1, known: Sequence[Priced] = (),
 ) -> list[Priced | str]:
     """Each work once, then round by round those whose cost is no number yet, while time.monotonic() is below
-    `until`; so other work on the machine hits all alike. `least`: runs of which a cost's spread is known. A work
-    that fails leaves its sentence."""
-    found: list[Priced | str] = []
-    for number, work in enumerate(works, start=1):
+    `until`; so other work on the machine hits all alike. `least`: runs of which a cost's spread is known; `known`:
+    what the first works have given already. A work that fails leaves its sentence."""
+    found: list[Priced | str] = [*known]
+    for number, work in enumerate(works[len(known) :], start=1 + len(known)):
         say(f"bedload: run {number} of {len(works)}")
         try:
             found.append(work())
@@ -191,6 +192,8 @@ def interleaved(
         if not due:
             break
         for n in due:
+            if time.monotonic() >= until:
+                break
             one = found[n]
             assert isinstance(one, Priced)
             found[n] = one.more(works[n]())

@@ -2,7 +2,9 @@
 
 import argparse
 
+import pytest
 from bedload_launcher import cost, job, presets
+from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import find_scene
 from bedload_studies import accuracy, accuracy_cases, accuracy_report
 from bedload_studies.accuracy import CASES, Point, choices, front
@@ -124,3 +126,15 @@ def test_scatter_with_the_place_on_the_grid_is_averaged_and_told(tmp_path):
     assert abs(runner.interval - 0.04) < 1e-12
     assert runner.core_seconds == 2.0
     assert len(set(asked)) == 3
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [(["--hours", "1"], "--hours is for a SCENE"), (["--start-from", "x"], "--start-from is for a SCENE"),
+     (["setup2_small", "--again"], "--again is for the known cases")],
+)  # fmt: skip
+def test_options_of_the_other_kind_are_refused(line, told):
+    parser = argparse.ArgumentParser()
+    accuracy.add_options(parser)
+    with pytest.raises(UserError, match=told):
+        accuracy.run(parser.parse_args(line))

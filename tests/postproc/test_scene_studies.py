@@ -69,6 +69,17 @@ def test_runs_go_in_turn_until_their_costs_are_numbers():
     found = scene_answers.interleaved([work("a", 4.0), work("b", 5.0)], math.inf, least=3)
     assert "".join(order) == "ababab"
     assert found[0].spread == 0.0
+    order.clear()
+    found = scene_answers.interleaved([work("a", 4.0), work("b", 5.0)], 0.0, known=[Priced([4.0])])
+    assert "".join(order) == "b"
+
+
+def test_no_run_begins_when_the_time_is_up(monkeypatch):
+    """Within a round of repeats, too."""
+    now = iter(range(100))
+    monkeypatch.setattr(scene_answers.time, "monotonic", lambda: next(now))
+    found = scene_answers.interleaved([lambda: Priced([4.0])] * 3, 3, least=3)
+    assert [len(one.core_seconds) for one in found] == [2, 2, 1]
 
 
 def test_runs_begin_where_an_earlier_one_ended(tmp_path):
