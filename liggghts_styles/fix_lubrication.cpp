@@ -8,6 +8,7 @@
 #include <span>
 
 #include "fix_property_atom.h"
+#include "liggghts_styles/formulas/collision_in_fluid.hpp"
 #include "liggghts_styles/formulas/lubrication.hpp"
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/model_scale.hpp"
@@ -132,6 +133,43 @@ void FixLubrication::init() {
   mobility_ = Mobility(lmp);
   contact_observers_.check_pairs(lmp, style_name);
   refuse_projected_spheres();
+  fluid_force_ = static_cast<LAMMPS_NS::FixPropertyAtom*>(
+      modify->find_fix_property("couple_force", "property/atom", "vector", 3, 0, style, false));
+  fluid_density_ = FluidValue::find(lmp, "fluid_density", "fluidDensity");
+  loads_received_ = FluidValue::find(lmp, "loads_received", "");
+}
+
+void FixLubrication::setup_pre_force(int) {
+  loads_stale_ = true;
+  pre_force(0);
+}
+
+void FixLubrication::pre_force(int) {
+  forget();
+  if (!knows_loads()) return;
+  if (!loads_stale_ && loads_known_ == loads_received_.get()) return;  // they hold for some steps
+  loads_stale_ = false;
+  loads_known_ = loads_received_.get();
+  loads_.resize(atom->nlocal + atom->nghost);
+  for (int i = 0; i < atom->nlocal; ++i) {
+    const double w = inverse_mass(i);
+    for (int d = 0; d < 3; ++d) loads_[i][d] = w * fluid_force_->array_atom[i][d];
+  }
+  send(Sending::loads);
+}
+
+/// Numbers of spheres to their ghosts.
+void FixLubrication::send(Sending what) {
+  sending_ = what;
+  comm->forward_comm_fix(this);
+  sending_ = Sending::accelerations;
+}
+
+double FixLubrication::load_acceleration(int i, int j, const double* normal) const {
+  if (!knows_loads()) return 0;
+  double sum = 0;
+  for (int d = 0; d < 3; ++d) sum += normal[d] * (loads_[i][d] - (j < 0 ? 0.0 : loads_[j][d]));
+  return sum;
 }
 
 // Films act when all other forces are known, behind the fixes that hold a sphere in its plane or at
@@ -160,29 +198,57 @@ void FixLubrication::forget() {
   tangential_.clear();
 }
 
-/// c of this step [kg/s]; below 0 in a collision.
+/// Part of the step during which the surfaces touch.
+double FixLubrication::touching(const Surfaces& s, double opening) const {
+  const double way = std::abs(opening) * update->dt;
+  return way > 0 ? std::clamp(0.5 - s.gap / way, 0.0, 1.0) : 1.0;
+}
+
+/// Of a collision that bears the fluid's load [kg/s].
+double FixLubrication::damping_in_collision(const Surfaces& s) const {
+  const double density = fluid_density_.get(), mass = 1 / mobility_.inverse_mass(*atom, s.i, s.j);
+  const double layer =
+      contact::collision_layer(viscosity_.get() / density, s.collision_time, cell_size_);
+  double share = 0;  // each sphere jumps by m/m_k of the relative jump
+  for (const int k : {s.i, s.j}) {
+    const double w = k < 0 ? 0.0 : inverse_mass(k);
+    if (w > 0) share += mass * w * contact::viscous_share(atom->radius[k], 1 / w, density, layer);
+  }
+  return contact::collision_damping(mass, s.collision_time, share);
+}
+
+/// c of this step [kg/s]; may be below 0 in a collision.
 double FixLubrication::coefficient(const Surfaces& s, double opening) const {
   const double way = std::abs(opening) * update->dt;
   double per_gap = contact::mean_inverse_gap(s.gap, way, smallest_gap_ * s.smaller_radius);
   if (cell_size_ > 0) {
     const auto& share = s.j < 0 ? contact::unresolved_at_wall : contact::unresolved_of_pair;
     per_gap *= share(std::max(0.0, s.gap) / cell_size_);
-    const double touching = way > 0 ? std::clamp(0.5 - s.gap / way, 0.0, 1.0) : 1.0;
-    if (s.colliding) per_gap -= touching * contact::resolved_at_touch / cell_size_;
-    if (s.enduring) per_gap += touching / (smallest_gap_ * s.smaller_radius);
+    const double part = touching(s, opening);
+    if (s.colliding) per_gap -= (1 - s.weight) * part * contact::resolved_at_touch / cell_size_;
+    if (s.enduring) per_gap += part / (smallest_gap_ * s.smaller_radius);
   }
-  return per_gap * contact::lubrication_strength(viscosity_.get(), s.effective_radius);
+  double c = per_gap * contact::lubrication_strength(viscosity_.get(), s.effective_radius);
+  if (s.weight > 0) c += s.weight * touching(s, opening) * damping_in_collision(s);
+  return c;
 }
 
 void FixLubrication::add(const Surfaces& s) {
   const auto outside = [&](int k) { return (atom->mask[k] & groupbit) == 0; };
   if (outside(s.i) || (s.j >= 0 && outside(s.j))) return;
   const double* n = s.normal;
-  Film film{s.i, s.j, 0, {n[0], n[1], n[2]}, {0, 0, 0}, 0, s.j >= atom->nlocal ? 0.5 : 1.0, 0};
+  Film film{s.i, s.j, 0, {n[0], n[1], n[2]}, {0, 0, 0}, 0, s.j >= atom->nlocal ? 0.5 : 1.0, 0, 0};
   if (inverse_mass(film) == 0) return;  // neither can move
   if (s.wall_velocity != nullptr) std::copy_n(s.wall_velocity, 3, film.wall_velocity.begin());
-  film.coefficient = coefficient(s, opening_speed(film));
+  const double opening = opening_speed(film);
+  film.coefficient = coefficient(s, opening);
   if (film.coefficient != 0) (film.coefficient > 0 ? films_ : collisions_).push_back(film);
+  if (s.weight > 0) {
+    film.coefficient = 0;
+    film.borne = -s.weight * touching(s, opening) / inverse_mass(film) *
+                 (load_acceleration(s.i, s.j, s.normal) - s.load);
+    collisions_.push_back(film);
+  }
   if (tangential_on_) add_tangential(s);
 }
 
@@ -351,9 +417,7 @@ void FixLubrication::sum_tangential_rates() {
     rates_[t.i] += tangential_rate(t, t.i);
     if (t.j >= 0 && t.j < local) rates_[t.j] += tangential_rate(t, t.j);
   }
-  sending_rates_ = true;
-  comm->forward_comm_fix(this);
-  sending_rates_ = false;
+  send(Sending::rates);
 }
 
 /// Forces and torques against sliding and rolling join the others and lubricationForce.
@@ -402,7 +466,7 @@ void FixLubrication::pre_final_integrate() {
   stale_ = films_somewhere_;
   if (!films_somewhere_) return;
 
-  for (Film& film : collisions_) film.force = -film.coefficient * opening_speed(film);
+  for (Film& film : collisions_) film.force = film.borne - film.coefficient * opening_speed(film);
   apply(collisions_);
   if (tangential_on_) apply_tangential();
   accelerations_.resize(local + atom->nghost);
@@ -442,24 +506,26 @@ void FixLubrication::setup(int) {
 }
 
 int FixLubrication::pack_comm(int count, int* list, double* buffer, int, int*) {
+  const std::vector<Vector>& vectors = sending_ == Sending::loads ? loads_ : accelerations_;
   int m = 0;
   for (int n = 0; n < count; ++n) {
-    if (sending_rates_) {
+    if (sending_ == Sending::rates) {
       buffer[m++] = rates_[list[n]];
     } else {
-      for (const double value : accelerations_[list[n]]) buffer[m++] = value;
+      for (const double value : vectors[list[n]]) buffer[m++] = value;
     }
   }
-  return sending_rates_ ? 1 : comm_forward;
+  return sending_ == Sending::rates ? 1 : comm_forward;
 }
 
 void FixLubrication::unpack_comm(int count, int first, double* buffer) {
+  std::vector<Vector>& vectors = sending_ == Sending::loads ? loads_ : accelerations_;
   int m = 0;
   for (int n = first; n < first + count; ++n) {
-    if (sending_rates_) {
+    if (sending_ == Sending::rates) {
       rates_[n] = buffer[m++];
     } else {
-      for (double& value : accelerations_[n]) value = buffer[m++];
+      for (double& value : vectors[n]) value = buffer[m++];
     }
   }
 }

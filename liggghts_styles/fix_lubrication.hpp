@@ -55,9 +55,9 @@ class FixLubrication : public LAMMPS_NS::Fix {
   void post_create() override;
   void pre_delete(bool unfix) override;
   void init() override;
-  void setup_pre_force(int) override { forget(); }
-  void pre_force(int) override { forget(); }
-  void pre_neighbor() override { stale_ = true; }
+  void setup_pre_force(int) override;
+  void pre_force(int) override;
+  void pre_neighbor() override { stale_ = loads_stale_ = true; }
   void setup(int) override;
   void pre_final_integrate() override;
   void* extract(const char* name, int& dimension) override;
@@ -78,8 +78,19 @@ class FixLubrication : public LAMMPS_NS::Fix {
     const double* wall_velocity;              ///< [m/s]; nullptr for a pair
     bool colliding;                           ///< in a collision, which is stretched
     bool enduring;                            ///< in a contact that is no collision
+    double weight = 0;          ///< w of a collision (formulas/collision_in_fluid.hpp)
+    double load = 0;            ///< load_acceleration when it began [m/s²]
+    double collision_time = 0;  ///< T_c [s]
   };
   void add(const Surfaces& s);
+
+  /// Whether there is a grid that resolves films, and the fluid's loads are known.
+  bool knows_loads() const {
+    return cell_size_ > 0 && fluid_force_ != nullptr && loads_received_.live();
+  }
+
+  /// n·(L_i/m_i - L_j/m_j), L the fluid's load on a sphere; j = -1: a wall [m/s²].
+  double load_acceleration(int i, int j, const double* normal) const;
 
   /// Whether surfaces whose distance squared is `rsq` are in range; `touch` is the distance at
   /// which they would touch.
@@ -90,6 +101,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
 
  private:
   using Vector = contact::Vector3;
+  enum class Sending { accelerations, rates, loads };
 
   struct Film {
     int i, j;
@@ -98,6 +110,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
     double compliance;  // D_k [1/kg], see formulas/lubrication.hpp
     double share;       // 1/2 where another rank (or image) holds the same film, else 1
     double force;       // mean over the step [N]
+    double borne;       // what a collision bears of the fluid's load [N]
   };
   struct Tangential {
     int i, j;
@@ -105,6 +118,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
     contact::TangentialFilm film;
   };
 
+  void send(Sending what);
   void prepare_tangential(double h);
   void add_tangential(const Surfaces& s);
   double tangential_rate(const Tangential& t, int k) const;
@@ -117,7 +131,9 @@ class FixLubrication : public LAMMPS_NS::Fix {
   double films_here() const;
   void tell_range() const;
   void forget();
+  double touching(const Surfaces& s, double opening) const;
   double coefficient(const Surfaces& s, double opening) const;
+  double damping_in_collision(const Surfaces& s) const;
   void refuse_projected_spheres() const;
   void solve_alone();
   void solve_together();
@@ -136,13 +152,18 @@ class FixLubrication : public LAMMPS_NS::Fix {
   Mobility mobility_;
   ContactObservers contact_observers_;
   std::vector<Film> films_;
-  std::vector<Film> collisions_;  // coefficient < 0: what the grid resolves and should not
+  std::vector<Film> collisions_;  // what the grid resolves and should not, or the contact bears
   std::vector<Tangential> tangential_;
   std::vector<Vector> accelerations_;  // of local and ghost spheres [m/s²]
   std::vector<double> rates_;          // summed over a sphere's tangential films [1/s]
-  bool sending_rates_ = false;         // what pack_comm sends: the rates, or the accelerations
-  bool films_somewhere_ = false;       // on some rank, in the last step that has asked
-  bool stale_ = true;                  // lubricationForce holds something that is not of this step
+  LAMMPS_NS::FixPropertyAtom* fluid_force_ = nullptr;  // of fix couple/fluid
+  FluidValue fluid_density_, loads_received_;
+  std::vector<Vector> loads_;  // accelerations of local and ghost spheres by the fluid [m/s²]
+  double loads_known_ = 0;     // loads_received_ when loads_ was made
+  bool loads_stale_ = true;
+  Sending sending_ = Sending::accelerations;  // what pack_comm sends
+  bool films_somewhere_ = false;              // on some rank, in the last step that has asked
+  bool stale_ = true;  // lubricationForce holds something that is not of this step
   LAMMPS_NS::FixPropertyAtom* applied_ = nullptr;
 };
 

@@ -31,55 +31,60 @@ inline std::vector<int> neighbour_ranks(const LAMMPS_NS::Comm& comm) {
 /// Records of spheres that this rank does not own any more go to the rank that does: take(record)
 /// says whether that is this one. First to the neighbours; what none of them takes, which is rare,
 /// to all. Returns on the first rank the records that no rank took, none on the others. Collective.
+/// MPI counts records, not bytes: LIGGGHTS' numbers of spheres end before 32 bits do.
 template <class Record, class Take>
 std::vector<Record> hand_on(MPI_Comm world, const std::vector<int>& neighbours,
                             const std::vector<Record>& strays, Take take) {
   constexpr int strays_tag = 41, taken_tag = 42;
-  const auto bytes = [](std::size_t records) { return static_cast<int>(records * sizeof(Record)); };
+  MPI_Datatype type = MPI_DATATYPE_NULL;
+  MPI_Type_contiguous(sizeof(Record), MPI_BYTE, &type);
+  MPI_Type_commit(&type);
+  const auto count = [](const auto& records) { return static_cast<int>(records.size()); };
   std::vector<MPI_Request> requests(neighbours.size());
   for (std::size_t n = 0; n < neighbours.size(); ++n)
-    MPI_Isend(strays.data(), bytes(strays.size()), MPI_BYTE, neighbours[n], strays_tag, world,
-              &requests[n]);
+    MPI_Isend(strays.data(), count(strays), type, neighbours[n], strays_tag, world, &requests[n]);
   std::vector<std::vector<char>> answers(neighbours.size());
   for (std::size_t n = 0; n < neighbours.size(); ++n) {
     MPI_Status status;
-    int size = 0;
+    int number = 0;
     MPI_Probe(neighbours[n], strays_tag, world, &status);
-    MPI_Get_count(&status, MPI_BYTE, &size);
-    std::vector<Record> come(static_cast<std::size_t>(size) / sizeof(Record));
-    MPI_Recv(come.data(), size, MPI_BYTE, neighbours[n], strays_tag, world, MPI_STATUS_IGNORE);
+    MPI_Get_count(&status, type, &number);
+    std::vector<Record> come(static_cast<std::size_t>(number));
+    MPI_Recv(come.data(), number, type, neighbours[n], strays_tag, world, MPI_STATUS_IGNORE);
     for (const Record& record : come) answers[n].push_back(take(record) ? 1 : 0);
     if (!come.empty())
-      MPI_Isend(answers[n].data(), static_cast<int>(answers[n].size()), MPI_CHAR, neighbours[n],
-                taken_tag, world, &requests.emplace_back());
+      MPI_Isend(answers[n].data(), count(answers[n]), MPI_CHAR, neighbours[n], taken_tag, world,
+                &requests.emplace_back());
   }
   std::vector<char> is_taken(strays.size(), 0), by_one(strays.size());
   if (!strays.empty())
     for (const int neighbour : neighbours) {
-      MPI_Recv(by_one.data(), static_cast<int>(by_one.size()), MPI_CHAR, neighbour, taken_tag,
-               world, MPI_STATUS_IGNORE);
+      MPI_Recv(by_one.data(), count(by_one), MPI_CHAR, neighbour, taken_tag, world,
+               MPI_STATUS_IGNORE);
       for (std::size_t n = 0; n < strays.size(); ++n) is_taken[n] |= by_one[n];
     }
-  MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
+  MPI_Waitall(count(requests), requests.data(), MPI_STATUSES_IGNORE);
 
   std::vector<Record> left;
   for (std::size_t n = 0; n < strays.size(); ++n)
     if (is_taken[n] == 0) left.push_back(strays[n]);
-  int mine = bytes(left.size()), most = 0, rank = 0, ranks = 1;
+  int mine = count(left), most = 0, rank = 0, ranks = 1;
   MPI_Allreduce(&mine, &most, 1, MPI_INT, MPI_MAX, world);
-  if (most == 0) return {};
+  if (most == 0) {
+    MPI_Type_free(&type);
+    return {};
+  }
   MPI_Comm_rank(world, &rank);
   MPI_Comm_size(world, &ranks);
   std::vector<int> sizes(static_cast<std::size_t>(ranks)), places(sizes.size(), 0);
   MPI_Allgather(&mine, 1, MPI_INT, sizes.data(), 1, MPI_INT, world);
   for (std::size_t n = 1; n < sizes.size(); ++n) places[n] = places[n - 1] + sizes[n - 1];
-  std::vector<Record> all(static_cast<std::size_t>(places.back() + sizes.back()) / sizeof(Record));
-  MPI_Allgatherv(left.data(), mine, MPI_BYTE, all.data(), sizes.data(), places.data(), MPI_BYTE,
-                 world);
+  std::vector<Record> all(static_cast<std::size_t>(places.back() + sizes.back()));
+  MPI_Allgatherv(left.data(), mine, type, all.data(), sizes.data(), places.data(), type, world);
+  MPI_Type_free(&type);
   std::vector<int> found(all.size(), 0);
   for (std::size_t n = 0; n < all.size(); ++n) found[n] = take(all[n]) ? 1 : 0;
-  MPI_Allreduce(MPI_IN_PLACE, found.data(), static_cast<int>(found.size()), MPI_INT, MPI_MAX,
-                world);
+  MPI_Allreduce(MPI_IN_PLACE, found.data(), count(found), MPI_INT, MPI_MAX, world);
   std::vector<Record> lost;
   for (std::size_t n = 0; n < all.size() && rank == 0; ++n)
     if (found[n] == 0) lost.push_back(all[n]);

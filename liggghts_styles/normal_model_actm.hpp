@@ -10,6 +10,7 @@
 #include "liggghts_styles/fix_lubrication.hpp"
 #include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/formulas/actm.hpp"
+#include "liggghts_styles/formulas/collision_in_fluid.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/material_values.hpp"
@@ -33,6 +34,7 @@ inline constexpr int BEDLOAD_ACTM = 20;
 /// - actm_lost: energy that its damping has dissipated and no stiffening has used
 /// - actm_impact: 1 if it began as a collision and has not hardened, 0 as an enduring contact
 /// - actm_onset, actm_slope: its hardening (formulas/actm_hardening.hpp)
+/// - actm_load: acceleration of its gap by the fluid's loads when it began
 template <>
 class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
  public:
@@ -79,6 +81,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     hsetup->add_history_value("actm_impact", "0");
     hsetup->add_history_value("actm_onset", "0");
     hsetup->add_history_value("actm_slope", "0");
+    hsetup->add_history_value("actm_load", "0");
   }
 
   void registerSettings(Settings& settings) override {
@@ -177,6 +180,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
   struct History {
     double stiffness, damping, birth_overlap, speed, force, step, settling, lost, impact;
     bedload::contact::ActmHardening hardening;
+    double load;
   };
 
   /// One step of a contact: birth if there is none, force, memory of both. Sets s.kn.
@@ -195,6 +199,8 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     if (mass == 0) return 0;  // neither can move
     if (!alive || approach > softening * h.speed) {
       calibrate(s, mass, approach, h);
+      if (lubrication_ != nullptr)
+        h.load = lubrication_->load_acceleration(s.i, s.is_wall ? -1 : s.j, s.en);
       harden(s, mass, alive, h);
       h.settling = now;
       h.lost = 0;
@@ -221,12 +227,23 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
   /// In a collision the film is over, but what the grid resolves of it is not. In an enduring
   /// contact the surfaces lie on their roughness, and the film stays at its smallest gap.
   void tell_film(const SurfacesIntersectData& s, double now, const History& h) {
+    find_out_gravity();
     const double longest = longest_collision * scale_.value(fluid_step_);
     const bool colliding = h.impact > 0 && (now - h.settling) * update->dt < longest;
     const double effective = s.is_wall ? s.radi : s.radi * s.radj / s.radsum;
     const double smaller = s.is_wall ? s.radi : std::min(s.radi, s.radj);
     lubrication_->add({s.i, s.is_wall ? -1 : s.j, -s.deltan, effective, smaller, s.en,
-                       s.is_wall ? s.v_j : nullptr, colliding, rule_ == biegert && !colliding});
+                       s.is_wall ? s.v_j : nullptr, colliding, rule_ == biegert && !colliding,
+                       colliding ? weight_in_fluid(s, h) : 0, h.load, scale_.value(fluid_step_)});
+  }
+
+  /// How much of the fluid's load this collision bears (formulas/collision_in_fluid.hpp).
+  double weight_in_fluid(const SurfacesIntersectData& s, const History& h) const {
+    if (!lubrication_->knows_loads()) return 0;
+    const Partner heavier = heavier_partner(s);
+    const double reynolds = fluid_density_ * h.speed * 2 * heavier.radius / viscosity_.get();
+    return bedload::contact::collision_weight(reynolds * heavier.density / (9 * fluid_density_),
+                                              reynolds);
   }
 
   /// Not yet known at connectToProperties: fixes are initialised after the pair. Asked for by new

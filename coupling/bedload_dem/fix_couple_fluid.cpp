@@ -170,6 +170,7 @@ void* FixCoupleFluid::extract(const char* name, int& dim) {
   if (wanted == "viscosity") return &viscosity_;
   if (wanted == "fluid_density") return &fluid_density_;
   if (wanted == "cell_size") return &cell_size_;
+  if (wanted == "loads_received") return &loads_received_;
   return nullptr;
 }
 
@@ -394,6 +395,7 @@ void FixCoupleFluid::book_lost(const LoadRecord& load) {
 void FixCoupleFluid::hold_loads() {
   double** const held_force = force_->array_atom;
   double** const held_torque = torque_->array_atom;
+  ++loads_received_;
   for (const LoadRecord& load : stage_.loads) {
     const int i = place_of(load.tag);
     if (i < 0) continue;

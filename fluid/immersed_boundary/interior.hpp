@@ -12,6 +12,7 @@
 #include "fluid/grid/field.hpp"
 #include "fluid/grid/grid.hpp"
 #include "fluid/grid/sphere.hpp"
+#include "fluid/kernels/prefetch.hpp"
 #include "fluid/kernels/simd.hpp"
 
 namespace bedload {
@@ -31,18 +32,20 @@ struct InteriorSums {
 /// each corner from a sphere's surface, and of two edges, one above the other, the sums of phi and
 /// |phi|.
 struct CornerLines {
-  std::size_t width = 0;  ///< corners of an edge, a multiple of 8
+  std::size_t corners = 0;  ///< of an edge, a multiple of 8
+  std::size_t width = 0;    ///< stored, as a block of cells may reach beyond the last one
   std::vector<double> x_squared, phi, sum, size;
 
-  void resize(std::size_t corners, std::size_t lines) {
-    width = (corners + 7) / 8 * 8;
-    x_squared.resize(width);
+  void resize(std::size_t wanted, std::size_t lines) {
+    corners = (wanted + 7) / 8 * 8;
+    width = (wanted + simd_width + 7) / 8 * 8;
+    x_squared.resize(corners);
     for (std::vector<double>* of_lines : {&phi, &sum, &size}) of_lines->resize(lines * width);
   }
   /// Goes on to the edge above; `across` = y^2 + z^2 there.
   void rise(std::size_t line, double across, double radius) {
     using Eight = Eigen::Array<double, 8, 1>;
-    for (std::size_t i = 0, n = line * width; i < width; i += 8, n += 8) {
+    for (std::size_t i = 0, n = line * width; i < corners; i += 8, n += 8) {
       Eigen::Map<Eight> here(&phi[n]), both(&sum[n]), sizes(&size[n]);
       const Eight above = (across + Eigen::Map<const Eight>(&x_squared[i])).sqrt() - radius;
       both = here + above;
@@ -50,7 +53,7 @@ struct CornerLines {
       here = above;
     }
   }
-  /// Shares of `lane_count` cells of a row, the edges `line` and `line + 1`, from corner `first` on
+  /// Shares of simd_width cells of a row, the edges `line` and `line + 1`, from corner `first` on
   /// (Kempe and Froehlich, J. Comput. Phys. 231 (2012), eq. 32, over a cell's eight corners):
   ///
   ///   alpha = sum_m -phi_m H(-phi_m) / sum_m |phi_m| = (1 - sum_m phi_m / sum_m |phi_m|)/2,
@@ -86,15 +89,15 @@ class InteriorCells {
   InteriorSums sums(std::size_t n, const Field<Real>& velocity) const;
 
  private:
-  /// A row of cells, in blocks of lane_count; those behind the last one have no share.
+  /// A row of cells, in blocks of simd_width; those behind the last one have no share.
   struct Row {
-    std::ptrdiff_t first;  ///< from row(0, 0, 0)
-    std::size_t share;     ///< place of the first share
-    int blocks;
+    std::int32_t first;  ///< from row(0, 0, 0), as markers keep it
+    std::int32_t blocks;
     double x, y, z;  ///< of the first cell's value, from the centre [L]
   };
   struct Pair {
     std::size_t begin, end;  ///< rows
+    std::size_t share;       ///< place of the first share
     int component;
     InteriorSums shape;  ///< the sums without u
   };
@@ -115,16 +118,17 @@ class InteriorCells {
               sums[static_cast<std::size_t>(component + 2) % 3]};
     }
   };
-  SimdVector<double> places(const Row& row) const {
-    return row.x + h_ * SimdVector<double>{0.0, 1.0, 2.0, 3.0};
-  }
-  InteriorSums shape_of(const Pair& pair) const;
+  SimdVector<double> places(const Row& row) const { return row.x + h_ * number; }
+  static constexpr SimdVector<double> number{0.0, 1.0, 2.0, 3.0};
+  static constexpr std::size_t rows_ahead = 6;  ///< that are asked for before their turn
 
   double h_ = 0.0;
   std::vector<Row> rows_;
   std::vector<double> shares_;
   std::vector<Pair> pairs_;
   CornerLines corners_;
+  std::vector<double> nearest_z_;    ///< of each row, squared distance of its nearest point [L^2]
+  std::vector<double> half_chords_;  ///< of each row of a plane, in cells
 };
 
 template <class Real>
@@ -156,13 +160,12 @@ void InteriorCells::add(const Field<Real>& field, const Grid& grid,
   const auto nearest_face = [h](double x) { return std::max(std::abs(x) - 0.5 * h, 0.0); };
   const auto square = [](double x) { return x * x; };
 
-  // The corners along x, and as many more as a block may reach beyond the last one.
   const std::array<int, 2> along_x = cells_within(0), along_z = cells_within(2);
   const int left = along_x[0], right = std::max(along_x[1], left);
   const int back = along_z[0], front = std::max(along_z[1], back);
-  corners_.resize(static_cast<std::size_t>(right - left + 2 + simd_width),
+  corners_.resize(static_cast<std::size_t>(right - left + 2),
                   static_cast<std::size_t>(front - back + 2));
-  for (std::size_t i = 0; i < corners_.width; ++i)
+  for (std::size_t i = 0; i < corners_.corners; ++i)
     corners_.x_squared[i] = square(lower(0, left + static_cast<int>(i)));
   const auto line = [back](int k) { return static_cast<std::size_t>(k - back); };
   const auto row_here = [&](int k) { return decomposition.holds_row(wrapped(2, k)); };
@@ -177,7 +180,13 @@ void InteriorCells::add(const Field<Real>& field, const Grid& grid,
 
   const int nx = grid.cells[0];
   const Real* origin = field.row(0, 0, 0);
-  const std::size_t rows_before = rows_.size();
+  const double middle = (centre[0] - (component == 0 ? 1.0 : 0.5) * h) / h, per_cell = 1.0 / h;
+  nearest_z_.clear();
+  for (int k = back; k <= along_z[1]; ++k)
+    nearest_z_.push_back(square(nearest_face(distance(2, k))));
+  half_chords_.resize(nearest_z_.size());
+  const std::size_t rows_before = rows_.size(), shares_before = shares_.size();
+  Moments first, second;
   bool have_below = false;
   const auto [first_plane, last_plane] = cells_within(1);
   for (int j = first_plane; j <= last_plane; ++j) {
@@ -188,65 +197,64 @@ void InteriorCells::add(const Field<Real>& field, const Grid& grid,
     if (!here) continue;
     rise_to(j + 1);
     const double y = distance(1, j), disc = square(radius) - square(nearest_face(y));
+    for (std::size_t n = 0; n < nearest_z_.size(); ++n)
+      half_chords_[n] = std::sqrt(std::max(disc - nearest_z_[n], 0.0)) * per_cell;
     for (int k = back; k <= along_z[1]; ++k) {
-      const double z = distance(2, k);
-      if (square(nearest_face(z)) >= disc || !row_here(k)) continue;
+      const double z = distance(2, k), half_chord = half_chords_[line(k)];
+      if (half_chord <= 0.0 || !row_here(k)) continue;
+      // The cells with a corner inside are among these.
+      const int from = std::max(static_cast<int>(std::ceil(middle - half_chord - 0.5)), left),
+                to = std::min(static_cast<int>(std::floor(middle + half_chord + 0.5)), along_x[1]);
       const Real* row = field.row(plane - decomposition.first(),
                                   wrapped(2, k) - decomposition.first_row(), component);
       // A row through the seam of periodic x is two.
-      for (int begin = left; begin <= along_x[1];) {
-        const int there = wrapped(0, begin), end = std::min(along_x[1] + 1, begin + nx - there);
+      for (int begin = from; begin <= to;) {
+        const int there = wrapped(0, begin), end = std::min(to + 1, begin + nx - there);
         const int blocks = (end - begin + simd_width - 1) / simd_width;
-        rows_.push_back({.first = row - origin + there,
-                         .share = shares_.size(),
+        rows_.push_back({.first = static_cast<std::int32_t>(row - origin + there),
                          .blocks = blocks,
                          .x = distance(0, begin),
                          .y = y,
                          .z = z});
-        shares_.resize(shares_.size() + static_cast<std::size_t>(blocks * simd_width));
-        double* share = &shares_[rows_.back().share];
-        for (int b = 0; b < blocks; ++b)
-          store(share + b * simd_width,
-                corners_.shares(line(k), static_cast<std::size_t>(begin - left + b * simd_width)));
-        std::fill(share + (end - begin), share + blocks * simd_width, 0.0);
+        const std::size_t place = shares_.size();
+        shares_.resize(place + static_cast<std::size_t>(blocks * simd_width));
+        SimdVector<double> w{}, xw{}, xxw{}, x = places(rows_.back());
+        for (int b = 0; b < blocks * simd_width; b += simd_width, x += simd_width * h) {
+          const auto in_row = number < static_cast<double>(end - begin - b);
+          const SimdVector<double> share =
+              in_row ? corners_.shares(line(k), static_cast<std::size_t>(begin - left + b))
+                     : SimdVector<double>{};
+          store(&shares_[place + static_cast<std::size_t>(b)], share);
+          w += share;
+          xw += x * share;
+          xxw += x * x * share;
+        }
+        first.add_row(w, xw, y, z);
+        second.add_row(w, xxw, y * y, z * z);
         begin = end;
       }
     }
   }
-  pairs_.push_back({rows_before, rows_.size(), component, {}});
-  pairs_.back().shape = shape_of(pairs_.back());
-}
-
-inline InteriorSums InteriorCells::shape_of(const Pair& pair) const {
-  Moments first, second;
-  for (std::size_t r = pair.begin; r < pair.end; ++r) {
-    const Row& row = rows_[r];
-    SimdVector<double> w{}, xw{}, xxw{}, x = places(row);
-    for (int b = 0; b < row.blocks; ++b, x += simd_width * h_) {
-      const SimdVector<double> share =
-          load(&shares_[row.share + static_cast<std::size_t>(b) * simd_width]);
-      w += share;
-      xw += x * share;
-      xxw += x * x * share;
-    }
-    first.add_row(w, xw, row.y, row.z);
-    second.add_row(w, xxw, row.y * row.y, row.z * row.z);
-  }
   InteriorSums shape;
   shape.cells = sum_of(first.all);
-  shape.x = first.across(pair.component);
-  shape.xx = second.across(pair.component);
-  return shape;
+  shape.x = first.across(component);
+  shape.xx = second.across(component);
+  pairs_.push_back({rows_before, rows_.size(), shares_before, component, shape});
 }
 
 template <class Real>
 InteriorSums InteriorCells::sums(std::size_t n, const Field<Real>& velocity) const {
   const Pair& pair = pairs_[n];
+  const Real* origin = velocity.row(0, 0, 0);
+  const double* share = shares_.data() + pair.share;
   Moments moments;
   for (std::size_t r = pair.begin; r < pair.end; ++r) {
     const Row& row = rows_[r];
-    const Real* u = velocity.row(0, 0, 0) + row.first;
-    const double* share = &shares_[row.share];
+    if (r + rows_ahead < rows_.size()) {
+      const Row& later = rows_[r + rows_ahead];
+      ask_for(origin + later.first, static_cast<std::size_t>(later.blocks * simd_width));
+    }
+    const Real* u = origin + row.first;
     SimdVector<double> w{}, xw{}, x = places(row);
     for (int b = 0; b < row.blocks;
          ++b, x += simd_width * h_, u += simd_width, share += simd_width) {

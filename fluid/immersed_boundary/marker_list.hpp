@@ -89,6 +89,9 @@ class SphereMarkers {
     const Real* origin = field.row(0, 0, 0);
     const auto plane = static_cast<std::ptrdiff_t>(field.plane_size());
     const int begin = list.size();
+    auto next = static_cast<std::size_t>(begin);
+    list.stencil.resize(next + layout_->offsets.size());
+    list.offset.resize(next + layout_->offsets.size());
     for (std::size_t m = 0; m < layout_->offsets.size(); ++m) {
       if (!decomposition.holds(y.nearest[m], z.nearest[m]) ||
           (!beyond_wall_.empty() && beyond_wall_[m]) || skip(centre_ + layout_->offsets[m]))
@@ -98,15 +101,17 @@ class SphereMarkers {
       const std::ptrdiff_t place =
           first - origin + x.nearest[m] - 1 + (y.nearest[m] - decomposition.first() - 1) * plane;
       const auto real = [](double value) { return static_cast<Real>(value); };
-      list.stencil.push_back(
-          {.first = static_cast<std::int32_t>(place),
-           .rows = {static_cast<std::int32_t>(field.row(0, row, component) - first),
-                    static_cast<std::int32_t>(field.row(0, row + 1, component) - first)},
-           .x = {real(x.lower[m]), real(x.upper[m])},
-           .y = {real(y.lower[m]), real(y.upper[m])},
-           .z = {real(z.lower[m]), real(z.upper[m])}});
-      list.offset.push_back(static_cast<std::int32_t>(m));
+      list.stencil[next] = {
+          .first = static_cast<std::int32_t>(place),
+          .rows = {static_cast<std::int32_t>(field.row(0, row, component) - first),
+                   static_cast<std::int32_t>(field.row(0, row + 1, component) - first)},
+          .x = {real(x.lower[m]), real(x.upper[m])},
+          .y = {real(y.lower[m]), real(y.upper[m])},
+          .z = {real(z.lower[m]), real(z.upper[m])}};
+      list.offset[next++] = static_cast<std::int32_t>(m);
     }
+    list.stencil.resize(next);
+    list.offset.resize(next);
     if (list.size() > begin)
       list.ranges.push_back(
           {.sphere = sphere, .layout = layout, .begin = begin, .end = list.size()});

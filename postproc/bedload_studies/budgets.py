@@ -11,7 +11,7 @@ import csv
 import math
 import subprocess
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import h5py
@@ -179,6 +179,21 @@ def energy_shares(s: Series) -> dict[str, float]:
     return {name: value / scale for name, value in parts.items()}
 
 
+def rest_over_time(s: Series, parts: int = 10) -> list[float]:
+    """What is not found again of the driving's power in each of `parts` equal parts of the run: whether it grows."""
+    edges = np.linspace(0, len(s.history["step"]), parts + 1).astype(int)
+    rests = []
+    for begin, end in zip(edges, edges[1:], strict=False):
+        steps = slice(begin, end)
+        part = replace(
+            s, history={name: values[steps] for name, values in s.history.items()},
+            to_grains=s.to_grains[steps], by_weight=s.by_weight[steps], by_buoyancy=s.by_buoyancy[steps],
+            kinetic=s.kinetic[begin : end + 1],
+        )  # fmt: skip
+        rests.append(energy_shares(part)["rest"])
+    return rests
+
+
 def account(s: Series, rest_allowed: float) -> list[Budget]:
     h = s.history
     shares = energy_shares(s)
@@ -223,7 +238,7 @@ def draw(s: Series, file: Path) -> None:
     axes[0, 0].plot(when, mean(h["dissipation"]), label="viscosity")
     axes[0, 0].plot(when, mean(s.to_grains - s.by_buoyancy) / s.volume, label="to the grains")
     axes[0, 0].set(title="power per volume, means of a hundredth of the run")
-    axes[0, 0].legend(frameon=False)
+    axes[0, 0].legend(frameon=False, loc="center right")
     axes[0, 1].plot(when, [np.max(h["momentum_residual"][p]) for p in parts], label="momentum residual")
     axes[0, 1].plot(when, [np.max(h["max_divergence"][p]) / CELLS for p in parts], label="|div u| h / U")
     axes[0, 1].set(yscale="log", title="largest of a hundredth of the run")
@@ -249,6 +264,12 @@ def write_report(folder: Path, name: str, series: Series) -> bool:
     rows += [
         {"run": name, "closed": "", "what": f"share of the driving's power: {part}",
          "number": value, "limit": "", "reason": ""} for part, value in energy_shares(series).items()
+    ]  # fmt: skip
+    rests = rest_over_time(series)
+    rows += [
+        {"run": name, "closed": "", "what": f"the rest in a tenth of the run: {which}", "number": value,
+         "limit": "", "reason": ""} for which, value in (("lowest", min(rests)), ("highest", max(rests)),
+                                                         ("first", rests[0]), ("last", rests[-1]))
     ]  # fmt: skip
     draw(series, folder / "budgets.png")
     body = ["<h1>Budgets of a small bed</h1>", image(folder / "budgets.png", name)]

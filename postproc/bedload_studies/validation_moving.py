@@ -454,10 +454,10 @@ def rebound27(runner: Runner) -> Result:
         return _rebound(runner, f"rebound27-{label}", n, impact=ST27, after=0.06 if label in "8 10 12 16".split()
                         else 0.03, **more)  # fmt: skip
 
-    for n, bound in ((8, None), (10, 0.05), (12, 0.05), (16, None)):
+    for n in (8, 10, 12, 16):
         time, high, top, speed = peak(str(n), n)
         result.rows.append(Row(f"first peak / D, D/h = {n} (impact at {speed:.3f} m/s)", top / diameter,
-                               ST27.peak, bound, source=SOURCE))  # fmt: skip
+                               ST27.peak, 0.05, source=SOURCE))  # fmt: skip
         result.curves.append(Curve(f"D/h = {n}", *_thin(time, high / diameter)))
         if n == 10:
             base = top / diameter

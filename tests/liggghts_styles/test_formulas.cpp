@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "liggghts_styles/formulas/actm.hpp"
+#include "liggghts_styles/formulas/collision_in_fluid.hpp"
 #include "liggghts_styles/formulas/haff_werner.hpp"
 #include "liggghts_styles/formulas/lubrication.hpp"
 #include "liggghts_styles/formulas/rpm.hpp"
@@ -287,6 +288,41 @@ TEST(Lubrication, ShareThatTheGridDoesNotResolve) {
   // touch.
   EXPECT_NEAR(unresolved_at_wall.linear, resolved_at_touch, 0.3);
   EXPECT_NEAR(unresolved_of_pair.linear, resolved_at_touch, 0.3);
+}
+
+// The integral of half of Basset's force 6 R² ρf sqrt(πν) Δu/sqrt(t) from the jump on.
+TEST(CollisionInFluid, ShareIsHalfOfBassetsImpulse) {
+  const double radius = 3e-3, mass = 9e-4, density = 965, nu = 1e-4, age = 2e-3;
+  double impulse = 0;
+  const double root = std::sqrt(age), step = root / 1000;
+  for (double s = 0.5 * step; s < root; s += step)  // s = sqrt(t), dt/sqrt(t) = 2 ds
+    impulse += 6 * radius * radius * density * std::sqrt(std::numbers::pi * nu) * 2 * step;
+  EXPECT_NEAR(viscous_share(radius, mass, density, nu * age) * mass / impulse, 0.5, 1e-9);
+  EXPECT_DOUBLE_EQ(collision_layer(nu, 4e-3, 0), nu * age);
+  EXPECT_DOUBLE_EQ(collision_layer(0, 4e-3, 2e-4), 5e-9);
+}
+
+TEST(CollisionInFluid, DampingTakesItsShareFromACollision) {
+  const double mass = 9e-4, time = 3e-3, speed = 0.4, share = 0.05;
+  const ActmCoefficients c = actm_coefficients(mass, speed, time, calibrate_actm(1.0));
+  const double damping = collision_damping(mass, time, share), dt = time / 20000;
+  double overlap = 0, approach = speed;
+  do {
+    approach -= dt / mass * (c.stiffness * overlap * std::sqrt(overlap) + damping * approach);
+    overlap += dt * approach;
+  } while (overlap > 0);
+  EXPECT_NEAR(std::log(-approach / speed) / std::log((1 - share) / (1 + share)), 1.11, 0.03);
+  EXPECT_GT(collision_damping(mass, time, 5), 0);  // finite
+}
+
+TEST(CollisionInFluid, WeightEndsWhereNothingReboundsAndWhereWakesAre) {
+  for (const double stokes : {0.1, 1.0, 5.0}) EXPECT_EQ(collision_weight(stokes, 1), 0);
+  EXPECT_NEAR(collision_weight(7.5, 20), 0.5, 1e-12);
+  EXPECT_EQ(collision_weight(10, 25), 1);
+  EXPECT_EQ(collision_weight(1000, 1), 1);
+  EXPECT_NEAR(collision_weight(20, 37.5), 0.5, 1e-12);
+  EXPECT_EQ(collision_weight(20, 50), 0);
+  EXPECT_EQ(collision_weight(1000, 1000), 0);
 }
 
 constexpr double pi = std::numbers::pi;

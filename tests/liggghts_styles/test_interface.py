@@ -66,7 +66,7 @@ def test_values_of_a_contact_in_dump_local(tmp_path):
     shows, the calibration speed is the impact speed, both step numbers are that of the dump."""
     names = ["id1", "id2", "periodic", "fx", "fy", "fz"]
     names += ["k", "d", "birth_overlap", "speed", "force", "step", "settling", "lost", "impact"]
-    names += ["onset", "slope"]
+    names += ["onset", "slope", "load"]
     names += ["hw_fx", "hw_fy", "hw_fz", "hw_step"]
     columns = " ".join(f"c_values[{n + 1}]" for n in range(len(names)))
     Scene(pair(), restitution=0.8).run(
@@ -86,6 +86,7 @@ def test_values_of_a_contact_in_dump_local(tmp_path):
     # 1.1 times the impact's own overlap, which is 0.34 u T_c at e = 1 and a tenth less at 0.8.
     assert value["onset"] == pytest.approx(1.1 * 0.34 * 0.9 * 0.1 * 10 * 1e-3, rel=0.02)
     assert value["slope"] > 0
+    assert value["load"] == 0  # no fluid
     # The line of centres has turned by a thousandth at the first touch.
     assert value["speed"] == pytest.approx(0.1, rel=1e-3)
     assert value["k"] > 0 and value["d"] > 0 and value["birth_overlap"] == 0

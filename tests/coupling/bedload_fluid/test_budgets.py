@@ -37,6 +37,15 @@ def test_a_wrong_term_of_the_flows_energy_shows(series, term, factor):
     assert any(what.startswith("energy") for what in open_ones(wrong))
 
 
+def test_a_rest_that_grows_shows_in_its_part_of_the_run(series):
+    before = budgets.rest_over_time(series)
+    driving = series.history["driving"].copy()
+    driving[-STEPS // 10 :] *= 2.0
+    grown = budgets.rest_over_time(replace(series, history=series.history | {"driving": driving}))
+    assert grown[:-1] == before[:-1]
+    assert grown[-1] > before[-1] + 0.3  # half of the driving is not found again
+
+
 def test_a_wrong_term_of_the_grains_energy_shows(series):
     """Fluid's work turned about: contacts would have to give energy."""
     wrong = replace(series, to_grains=-series.to_grains, by_weight=-series.by_weight)
