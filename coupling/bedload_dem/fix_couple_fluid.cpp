@@ -28,6 +28,7 @@
 #include "group.h"
 #include "integrate.h"
 #include "lammps.h"
+#include "liggghts_styles/fix_lubrication.hpp"
 #include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/hand_on.hpp"
 #include "liggghts_styles/keywords.hpp"
@@ -580,14 +581,20 @@ DemSceneInfo FixCoupleFluid::collect_scene_info() const {
 
 std::string FixCoupleFluid::describe_effects() const {
   const bool contacts = force->pair != nullptr;
-  const bool lubrication = modify->n_fixes_style_strict("lubrication") > 0;
+  const auto* film =
+      dynamic_cast<const FixLubrication*>(modify->find_fix_style_strict("lubrication", 0));
   const auto line = [](const char* effect, bool on, const std::string& why) {
     return fmt::format("{}\t{}\t{}\n", effect, on ? "on" : "off", why);
   };
   return line("collisions", contacts,
               contacts ? describe_contacts(*force) : "the LIGGGHTS script has no pair_style") +
-         line("lubrication", lubrication,
-              lubrication ? "fix lubrication" : "the LIGGGHTS script has no fix lubrication");
+         line("lubrication", film != nullptr,
+              film != nullptr ? "fix lubrication" : "the LIGGGHTS script has no fix lubrication") +
+         line("films against sliding and rolling", film != nullptr && film->tangential(),
+              film == nullptr ? "no fix lubrication"
+              : film->tangential()
+                  ? "fix lubrication tangential on"
+                  : "fix lubrication tangential off, as the published models");
 }
 
 }  // namespace bedload

@@ -89,6 +89,9 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
             yield Variant("normal model", other, model=other + suffix)
     if lubrication_fixes(scene_script(scene, model)):
         yield Variant("lubrication", "off", lubrication=False, turned_off=True)
+        setting = "lubrication_settings"  # of the scripts in inputs/models, blank where nobody has set it
+        if scene.variables({"model": model} if model else {}).get(setting, "set").strip(' "') == "":
+            yield Variant("films against sliding and rolling", "on", variables=((setting, "tangential on"),))
     if settings["statistics"]["every"] > 0:
         without = ("statistics.every=0", "statistics.spectra_heights=[]")
         yield Variant("statistics", "off", without, turned_off=True)
