@@ -33,6 +33,7 @@ from .scene_answers import Priced, chosen, interleaved, paired, run_once
 
 REPEATS, FEWEST_STEPS = 4, 40
 SPREAD_OF = 3  # runs, the fewest whose times have a spread
+FILM_SETTINGS = "lubrication_settings"  # of the scripts in inputs/models, for fix lubrication
 HELD = ("hold", "1")  # of the scripts in inputs/: the grains stay where they are
 
 
@@ -89,9 +90,10 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
             yield Variant("normal model", other, model=other + suffix)
     if lubrication_fixes(scene_script(scene, model)):
         yield Variant("lubrication", "off", lubrication=False, turned_off=True)
-        setting = "lubrication_settings"  # of the scripts in inputs/models, blank where nobody has set it
-        if scene.variables({"model": model} if model else {}).get(setting, "set").strip(' "') == "":
-            yield Variant("films against sliding and rolling", "on", variables=((setting, "tangential on"),))
+        settings_of_films = [line.split(maxsplit=2)[2] for line in sum(scene_script(scene, model), [])
+                             if line.split()[:2] == ["variable", FILM_SETTINGS]]  # fmt: skip
+        if [words.replace('"', "").split() for words in settings_of_films] == [["index"]]:  # nobody has set them
+            yield Variant("films against sliding and rolling", "on", variables=((FILM_SETTINGS, "tangential on"),))
     if settings["statistics"]["every"] > 0:
         without = ("statistics.every=0", "statistics.spectra_heights=[]")
         yield Variant("statistics", "off", without, turned_off=True)

@@ -223,7 +223,9 @@ def rolling(runner: Runner) -> Result:
         rough, polished = (found[settings, nominal] for settings in ("tangential on", "tangential on gapMin 1e-6"))
         # What does not follow the gap, 1.2 in the fit, is the same at nearly the same Reynolds number.
         per_log = ((polished[1] - 1.2) * polished[0] - (rough[1] - 1.2) * rough[0]) / math.log(1e3)
-        result.rows.append(Row(f"C_D Re by a gap smaller by e, about Re {nominal:g}", per_log, 19.2, 0.1, source=GOLDMAN))
+        # At 300 the wake is unsteady: 2 % of the speed are 4 of these units.
+        result.rows.append(Row(f"C_D Re by a gap smaller by e, about Re {nominal:g}", per_log, 19.2,
+                               0.1 if nominal < 200.0 else None, source=GOLDMAN))  # fmt: skip
     return result
 
 

@@ -69,9 +69,17 @@ def test_moving_boundaries_are_priced_where_the_script_can_hold_its_grains(tmp_p
     settings = {"fluid": {"gravity": [0.0, -1.0, 0.0]}, "time": {"cfl": 0.0}, "statistics": {"every": 0},
                 "spheres": {"forcing_loops": 1, "pressure_share": 0.0, "interior_term": "on", "buoyancy": "on"},
                 "accuracy": {"precision": "double"}, "coupling": {"dem_steps": 15, "exchange": "stage"}}  # fmt: skip
-    held = [v for v in effects.variants(find_scene("setup2_small"), "actm_hw", settings) if v.variables]
-    assert [(v.effect, v.variables, v.turned_off) for v in held] == [("moving boundary", (("hold", "1"),), True)]
-    assert not any(v.variables for v in effects.variants(own_scene(tmp_path), "actm_hw", settings))
+    by_variable = {v.effect: v for v in effects.variants(find_scene("setup2_small"), "actm_hw", settings) if v.variables}
+    held, films = by_variable["moving boundary"], by_variable["films against sliding and rolling"]
+    assert (held.variables, held.turned_off) == ((("hold", "1"),), True)
+    assert (films.variables, films.turned_off) == ((("lubrication_settings", "tangential on"),), False)
+    assert len(by_variable) == 2
+    # A scene without that variable, and one whose script says itself what its films do.
+    mine = own_scene(tmp_path)
+    assert [v.effect for v in effects.variants(mine, "actm_hw", settings) if v.variables] == [films.effect]
+    text = mine.script.read_text()
+    mine.script.write_text(text.replace("include", 'variable lubrication_settings string "law published"\ninclude', 1))
+    assert not any(v.variables for v in effects.variants(mine, "actm_hw", settings))
 
 
 def test_without_the_answer_itself_an_effect_is_needed():
