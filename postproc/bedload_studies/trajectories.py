@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from bedload_post.frames import Frames, frames
 from bedload_post.outputs import MissingOutput, Run
+from scipy.spatial import cKDTree
 
 ALL_ROWS = 1 << 40  # in one block
 
@@ -58,19 +59,31 @@ class Trajectories(Frames):
         """Deepest overlap of a mobile sphere with another one, the bed, or a wall at each instant;
         negative: the narrowest gap. Shape (m)."""
         deepest = np.full(len(self.time), -np.inf)
-        count = len(self.tag)
         for m in range(len(self.time)):
             x, r = self.position[m], self.radius[m]
-            ways = [np.full(1, -np.inf)]
-            others, radii = np.concatenate([x, self.bed]), np.concatenate([r, self.bed_radius])
-            gap = np.linalg.norm(self.nearest_image(x[:, None] - others[None]), axis=2)
-            gap -= r[:, None] + radii[None]
-            gap[np.arange(count), np.arange(count)] = np.inf
-            ways.append(-gap.ravel())
+            ways = [self._deepest_of_pairs(np.concatenate([x, self.bed]), np.concatenate([r, self.bed_radius]), len(x))]
             for axis in np.flatnonzero(~np.isfinite(self.periods)):
-                ways += [r - x[:, axis], x[:, axis] + r - self.box[axis]]
-            deepest[m] = max(float(np.max(w)) for w in ways)
+                ways += [np.max(r - x[:, axis]), np.max(x[:, axis] + r - self.box[axis])]
+            deepest[m] = max(map(float, ways))
         return deepest
+
+    def _deepest_of_pairs(self, x: np.ndarray, r: np.ndarray, mobile: int) -> float:
+        """Deepest overlap of the pairs of which one is among the first `mobile` spheres. Where some overlap, the deepest
+        one is among those no farther apart than two of the largest radius: a thousand spheres have few of these."""
+        wide = np.isfinite(self.periods)
+        edges = np.where(wide, self.periods, 0.0)  # 0: not periodic
+        inside = x.copy()
+        inside[:, wide] %= edges[wide]
+        inside[:, wide] *= inside[:, wide] < edges[wide]  # a remainder may be rounded up to the edge
+        pairs = cKDTree(inside, boxsize=edges).query_pairs(2.0 * float(np.max(r)), output_type="ndarray")
+        i, j = pairs[pairs[:, 0] < mobile].T
+        if len(i):
+            deepest = float(np.max(r[i] + r[j] - np.linalg.norm(self.nearest_image(x[i] - x[j]), axis=1)))
+            if deepest >= 0.0:
+                return deepest
+        gap = np.linalg.norm(self.nearest_image(x[:mobile, None] - x[None]), axis=2) - r[:mobile, None] - r[None]
+        gap[np.arange(mobile), np.arange(mobile)] = np.inf
+        return -float(np.min(gap))
 
     def deepest_overlap(self) -> float:
         return float(np.max(self.overlaps()))

@@ -303,6 +303,13 @@ def test_overlaps_see_walls_bed_and_periodic_images():
     assert made_up([0.0], [[[1.0, 3.7, 2.0]]], still[:, :1]).deepest_overlap() == pytest.approx(0.2)
     over_bed = made_up([0.0], [[[1.0, 2.0, 2.0]]], still[:, :1], bed=[[1.0, 2.0, 2.7]])
     assert over_bed.deepest_overlap() == pytest.approx(0.3)
+    # Where none overlap: the narrowest gap, below zero; spheres of the bed do not count among themselves.
+    bed = [[2.0, 2.0, 2.0], [2.0, 2.0, 2.1]]
+    assert made_up([0.0], [[[2.0, 0.7, 2.0]]], still[:, :1], bed=bed).deepest_overlap() == pytest.approx(-0.2)
+    # A large sphere and a small one, with a small pair nearer to each other that overlaps less.
+    apart = made_up([0.0], [[[1.0, 2.0, 1.0], [1.0, 2.0, 2.3], [1.5, 2.0, 2.3]]], np.zeros((1, 3, 3)),
+                    radius=[1.2, 0.3, 0.25])  # fmt: skip
+    assert apart.deepest_overlap() == pytest.approx(0.2)
 
 
 # --- New cases -----------------------------------------------------------------------------------------
