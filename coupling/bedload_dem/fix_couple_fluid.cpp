@@ -591,10 +591,9 @@ std::string FixCoupleFluid::describe_effects() const {
          line("lubrication", film != nullptr,
               film != nullptr ? "fix lubrication" : "the LIGGGHTS script has no fix lubrication") +
          line("films against sliding and rolling", film != nullptr && film->tangential(),
-              film == nullptr ? "no fix lubrication"
-              : film->tangential()
-                  ? "fix lubrication tangential on"
-                  : "fix lubrication tangential off, as the published models");
+              film == nullptr      ? "no fix lubrication"
+              : film->tangential() ? "fix lubrication tangential on"
+                                   : "fix lubrication tangential off, as the published models");
 }
 
 }  // namespace bedload

@@ -61,7 +61,8 @@ class Trajectories(Frames):
         deepest = np.full(len(self.time), -np.inf)
         for m in range(len(self.time)):
             x, r = self.position[m], self.radius[m]
-            ways = [self._deepest_of_pairs(np.concatenate([x, self.bed]), np.concatenate([r, self.bed_radius]), len(x))]
+            all_x, all_r = np.concatenate([x, self.bed]), np.concatenate([r, self.bed_radius])
+            ways = [self._deepest_of_pairs(all_x, all_r, len(x))]
             for axis in np.flatnonzero(~np.isfinite(self.periods)):
                 ways += [np.max(r - x[:, axis]), np.max(x[:, axis] + r - self.box[axis])]
             deepest[m] = max(map(float, ways))

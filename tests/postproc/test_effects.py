@@ -69,7 +69,8 @@ def test_moving_boundaries_are_priced_where_the_script_can_hold_its_grains(tmp_p
     settings = {"fluid": {"gravity": [0.0, -1.0, 0.0]}, "time": {"cfl": 0.0}, "statistics": {"every": 0},
                 "spheres": {"forcing_loops": 1, "pressure_share": 0.0, "interior_term": "on", "buoyancy": "on"},
                 "accuracy": {"precision": "double"}, "coupling": {"dem_steps": 15, "exchange": "stage"}}  # fmt: skip
-    by_variable = {v.effect: v for v in effects.variants(find_scene("setup2_small"), "actm_hw", settings) if v.variables}
+    found = effects.variants(find_scene("setup2_small"), "actm_hw", settings)
+    by_variable = {v.effect: v for v in found if v.variables}
     held, films = by_variable["moving boundary"], by_variable["films against sliding and rolling"]
     assert (held.variables, held.turned_off) == ((("hold", "1"),), True)
     assert (films.variables, films.turned_off) == ((("lubrication_settings", "tangential on"),), False)
