@@ -69,8 +69,8 @@ class Trajectories(Frames):
         return deepest
 
     def _deepest_of_pairs(self, x: np.ndarray, r: np.ndarray, mobile: int) -> float:
-        """Deepest overlap of the pairs of which one is among the first `mobile` spheres. Where some overlap, the deepest
-        one is among those no farther apart than two of the largest radius: a thousand spheres have few of these."""
+        """Deepest overlap of the pairs of which one is among the first `mobile` spheres. Where some overlap, the
+        deepest one is among those no farther apart than two of the largest radius; of many spheres few are."""
         wide = np.isfinite(self.periods)
         edges = np.where(wide, self.periods, 0.0)  # 0: not periodic
         inside = x.copy()
