@@ -37,6 +37,7 @@ PACKING_FOUND = (0.620, 0.605, 0.585, 0.565, 0.556, 0.545, 0.536, 0.524, 0.515)
 FALLS = 8  # at most
 OVERLAP = 0.005  # largest one that is accepted, over the largest diameter; a scene accepts 0.25 (fluid/validation)
 SOFT, SOFT_STEP, DRAG = 2.5e4, 2.5e-3, 0.2
+STIFF_STEPS, STIFF_DEPTH = 10000, 3.3  # steps of the second part for each so many diameters of depth
 
 
 @dataclass(frozen=True)
@@ -127,11 +128,13 @@ def fall(want: Wish, s: float, folder: Path) -> Bed:
     # The highest has come down at the speed m/drag, twice that for the way, and 8 to come to rest.
     speed = np.pi / 6.0 * float(diameter.min()) ** 3 / DRAG
     time = 8.0 + 1.3 * rain_height / min(speed, np.sqrt(2.0 * rain_height))
+    depth = float(np.sum(np.pi / 6.0 * diameter**3)) / (PACKING_FOUND[0] * box[0] * box[1])
     given = {
         "length_x": repr(box[0]), "length_y": repr(rain_height + 1.0), "length_z": repr(box[1]),
         "rain": "rain", "end": "end", "base": "none" if want.base == "floor" else want.base,
         "friction": repr(friction), "rolling": repr(rolling), "drag": repr(DRAG), "soft": repr(SOFT),
         "soft_step": repr(SOFT_STEP), "soft_steps": str(round(time / SOFT_STEP)),
+        "stiff_steps": str(STIFF_STEPS * int(np.ceil(depth / STIFF_DEPTH))),
         "inputs": job.script_path(INPUTS, folder),
     }  # fmt: skip
     line = [str(BIN / "bedload-dem"), "-in", job.script_path(INPUTS / "beds" / "settle.liggghts", folder),
