@@ -13,7 +13,6 @@
 #include "fluid/files/atomic_file.hpp"
 #include "fluid/files/collectively.hpp"
 #include "fluid/grid/diffusion_limit.hpp"
-#include "fluid/immersed_boundary/gather.hpp"
 #include "fluid/output/bandwidth.hpp"
 #include "fluid/output/printable.hpp"
 #include "fluid/output/rhythm.hpp"
@@ -27,6 +26,9 @@
 
 namespace bedload {
 namespace {
+
+constexpr const char* fixed_tags = "fixed_load_tags";  ///< in a checkpoint, parts of the ranks
+constexpr const char* fixed_forces = "fixed_load_forces";
 
 bool is_first(MPI_Comm comm) {
   int rank = 0;
@@ -83,10 +85,9 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
   // The row of the checkpoint's step stands there already, should no step follow.
   if (resume && first_step_ % settings_.output.history_every == 0) history_step_ = first_step_;
   on_first_rank(comm, [&] { write_settings_file(folder_, settings_, numbers); });
-  if (simulation_.began_with_spheres()) {
-    const auto fixed = gather_on_first<SphereState>(comm, simulation_.fixed_here());
-    spheres_ = std::make_unique<SphereWriter>(folder_, comm, fixed, resume_after);
-  }
+  if (simulation_.began_with_spheres())
+    spheres_ =
+        std::make_unique<SphereWriter>(folder_, comm, simulation_.fixed_here(), resume_after);
   on_first_rank(comm, [&] { history_ = std::make_unique<History>(folder_, resume_after); });
   const SphereExtremes extremes = simulation_.extremes();
   if (first_rank_) {
@@ -147,10 +148,16 @@ void RunOutput<Real>::save(const SaveGroup& group) const {
   spheres_due_.save(group.group("spheres_due"));
   fixed_due_.save(group.group("fixed_due"));
   group.value("worst_momentum_residual", worst_residual_);
-  std::vector<double> forces;
-  for (const SphereLoad& load : fixed_forces())
-    forces.insert(forces.end(), load.force.begin(), load.force.end());
-  group.list<double>("fixed_forces", forces);
+  if (const auto loads = fixed_loads()) {
+    std::vector<std::int64_t> tags;
+    std::vector<double> forces;
+    for (const SphereLoad& load : *loads) {
+      tags.push_back(load.tag);
+      forces.insert(forces.end(), load.force.begin(), load.force.end());
+    }
+    group.rows<std::int64_t>(fixed_tags, tags);
+    group.rows<double>(fixed_forces, forces, 3);
+  }
   if (statistics_) statistics_->save(group.group("statistics"));
 }
 
@@ -161,10 +168,13 @@ void RunOutput<Real>::load(const LoadGroup& group) {
     spheres_due_.load(group.group("spheres_due"));
     fixed_due_.load(group.group("fixed_due"));
     worst_residual_ = group.value<double>("worst_momentum_residual");
-    const std::vector<double> forces = group.list<double>("fixed_forces");
-    if (!first_rank_) return;
-    for (std::size_t n = 0; n + 3 <= forces.size(); n += 3)
-      fixed_forces_before_.push_back({.force = Vec3(&forces[n])});
+    if (!group.has(fixed_tags)) return;
+    const Part part = even_share(group.size(fixed_tags), simulation_.channel().comm());
+    const auto tags = group.rows<std::int64_t>(fixed_tags, part, 1);
+    const auto forces = group.rows<double>(fixed_forces, part, 3);
+    fixed_loads_before_.emplace();
+    for (std::size_t n = 0; n < tags.size(); ++n)
+      fixed_loads_before_->push_back({.tag = tags[n], .force = Vec3(&forces[3 * n])});
   });
   if (statistics_ && group.has("statistics")) statistics_->load(group.group("statistics"));
 }
@@ -281,18 +291,18 @@ void RunOutput<Real>::write_spheres() {
 }
 
 template <class Real>
-std::vector<SphereLoad> RunOutput<Real>::fixed_forces() const {
+std::optional<std::vector<SphereLoad>> RunOutput<Real>::fixed_loads() const {
   const bool no_step_yet = simulation_.channel().step() == first_step_;
-  return no_step_yet ? fixed_forces_before_ : simulation_.gather_fixed_forces();
+  return no_step_yet ? fixed_loads_before_ : simulation_.fixed_loads();
 }
 
 template <class Real>
 void RunOutput<Real>::write_fixed_forces() {
   const Channel<Real>& channel = simulation_.channel();
-  const std::vector<SphereLoad> forces = fixed_forces();
-  if (!spheres_) return;
-  spheres_->sample_fixed(channel.step(), channel.time(), forces,
-                         settings_.output.fixed_every == 0.0);
+  const auto loads = fixed_loads();
+  if (spheres_ && loads)
+    spheres_->sample_fixed(channel.step(), channel.time(), simulation_.fixed_here(), *loads,
+                           settings_.output.fixed_every == 0.0);
 }
 
 template <class Real>

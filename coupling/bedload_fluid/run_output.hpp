@@ -82,8 +82,9 @@ class RunOutput {
   HistoryRow history_row() const;
   ProgressState progress_state() const;
   void write_spheres();
-  /// Of the last step, also of one that was made before the checkpoint that this run goes on from.
-  std::vector<SphereLoad> fixed_forces() const;
+  /// Simulation::fixed_loads(), or those of the checkpoint that this run goes on from while it has
+  /// made no step; none before the first step of all.
+  std::optional<std::vector<SphereLoad>> fixed_loads() const;
   void write_fixed_forces();
   void warn(const std::vector<std::string>& sentences);
   void warn_of_new_spheres();
@@ -103,7 +104,7 @@ class RunOutput {
   std::int64_t fields_step_ = -1, history_step_ = -1;  ///< of the last one written
   std::set<std::string> warned_;                       ///< warnings given already
   double worst_residual_ = 0.0;                        ///< since the last row of history.csv
-  std::vector<SphereLoad> fixed_forces_before_;        ///< of the checkpoint's step
+  std::optional<std::vector<SphereLoad>> fixed_loads_before_;  ///< of the checkpoint's step
   Boundary boundary_;
   FieldWriter fields_;
   std::unique_ptr<Statistics<Real>> statistics_;  ///< where the scene asks for them

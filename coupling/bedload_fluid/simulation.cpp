@@ -14,7 +14,6 @@
 #include "fluid/channel/runge_kutta.hpp"
 #include "fluid/grid/block_map.hpp"
 #include "fluid/grid/diffusion_limit.hpp"
-#include "fluid/immersed_boundary/gather.hpp"
 #include "fluid/settings/errors.hpp"
 #include "fluid/validation/validate.hpp"
 
@@ -266,30 +265,13 @@ Vec3 Simulation<Real>::buoyancy(const SphereState& sphere) const {
 // F = -J / dt - rho V g, J being what the markers gave to the fluid in the step, on each rank that
 // the sphere is near
 template <class Real>
-std::vector<SphereLoad> Simulation<Real>::gather_fixed_forces() const {
-  if (!has_fixed_) return {};
-  struct Share {
-    std::int64_t tag;
-    std::array<double, 3> given, buoyancy;
-  };
-  const auto array = [](const Vec3& v) { return std::array<double, 3>{v[0], v[1], v[2]}; };
-  std::vector<Share> mine;
+std::vector<SphereLoad> Simulation<Real>::fixed_loads() const {
+  std::vector<SphereLoad> loads;
   for (const SphereLoad& impulse : fixed_impulses_)
-    mine.push_back({impulse.tag, array(impulse.force), {}});
+    loads.push_back({.tag = impulse.tag, .force = -impulse.force / channel_.last_time_step()});
   for (const SphereState& sphere : fixed_here())
-    mine.push_back({sphere.tag, {}, array(buoyancy(sphere))});
-  std::vector<SphereLoad> forces;
-  const std::vector<Share> all = gather_on_first<Share>(channel_.comm(), mine);
-  for (auto share = all.begin(); share != all.end();) {
-    const std::int64_t tag = share->tag;
-    Vec3 given = Vec3::Zero(), held_up = Vec3::Zero();
-    for (; share != all.end() && share->tag == tag; ++share) {
-      given += Vec3(share->given.data());
-      held_up += Vec3(share->buoyancy.data());
-    }
-    forces.push_back({.tag = tag, .force = held_up - given / channel_.last_time_step()});
-  }
-  return forces;
+    loads.push_back({.tag = sphere.tag, .force = buoyancy(sphere)});
+  return loads;
 }
 
 template <class Real>

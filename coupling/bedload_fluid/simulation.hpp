@@ -62,10 +62,10 @@ class Simulation {
   std::vector<SphereLoad> mean_loads() const;
   /// What is hardest among all mobile spheres. Collective.
   SphereExtremes extremes() const;
-  /// Force of the fluid on each fixed sphere, mean over the last step, buoyancy included; ascending
-  /// tags; on the first rank, none on the others. Without what the fluid inside gains in momentum,
-  /// whose mean over time is nothing. Collective.
-  std::vector<SphereLoad> gather_fixed_forces() const;
+  /// This rank's part of the fluid's force on fixed spheres, mean over the last step, buoyancy
+  /// included: parts of a sphere are to be added up. Without what the fluid inside gains in
+  /// momentum, whose mean over time is nothing.
+  std::vector<SphereLoad> fixed_loads() const;
   /// Their sum, which takes three numbers in a message however many spheres there are. Collective.
   Vec3 fixed_force() const;
   std::int64_t mobile_count() const { return account_.mobile; }

@@ -334,43 +334,60 @@ void Hdf5File::make_growing(const std::string& dataset, NumberType type, std::ui
   });
 }
 
+/// How many things the ranks before this one have, and all together.
+Hdf5File::AmongRanks Hdf5File::among_ranks(std::uint64_t here) const {
+  AmongRanks found{0, here};
+  if (!parallel_) return found;
+  int rank = 0;
+  MPI_Comm_rank(comm_, &rank);
+  MPI_Exscan(&here, &found.before, 1, MPI_UINT64_T, MPI_SUM, comm_);
+  if (rank == 0) found.before = 0;  // MPI leaves it open there
+  MPI_Allreduce(&here, &found.all, 1, MPI_UINT64_T, MPI_SUM, comm_);
+  return found;
+}
+
 void Hdf5File::append_rows(const std::string& dataset, NumberType type, const void* values,
                            std::uint64_t numbers) {
-  std::uint64_t before = 0, all = numbers;
-  if (parallel_) {
-    int rank = 0;
-    MPI_Comm_rank(comm_, &rank);
-    MPI_Exscan(&numbers, &before, 1, MPI_UINT64_T, MPI_SUM, comm_);
-    if (rank == 0) before = 0;  // MPI leaves it open there
-    MPI_Allreduce(&numbers, &all, 1, MPI_UINT64_T, MPI_SUM, comm_);
-  }
-  if (all == 0) return;
+  const AmongRanks rows = among_ranks(numbers);
+  if (rows.all == 0) return;
   Hyperslab block;
-  const std::string place = path_ + ":" + dataset;
   collective([&] {
     block.shape = shape(dataset);
     const std::uint64_t width = block.shape.size() == 2 ? block.shape[1] : 1;
     block.start.assign(block.shape.size(), 0);
     block.count = block.shape;
-    block.start[0] = block.shape[0] + before / width;
+    block.start[0] = block.shape[0] + rows.before / width;
     block.count[0] = numbers / width;
-    block.shape[0] += all / width;
-    const Handle data(checked(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), place, written),
-                      H5Dclose);
-    checked(H5Dset_extent(data, sizes(block.shape).data()), place, written);
+    block.shape[0] += rows.all / width;
+    set_extent(dataset, block.shape);
+  });
+  write_block(dataset, block, type, values);
+}
+
+void Hdf5File::append_one_row(const std::string& dataset, NumberType type, const void* values,
+                              std::uint64_t numbers) {
+  Hyperslab block{{}, {0, among_ranks(numbers).before}, {1, numbers}};
+  collective([&] {
+    block.shape = shape(dataset);
+    block.start[0] = block.shape[0]++;
+    set_extent(dataset, block.shape);
   });
   write_block(dataset, block, type, values);
 }
 
 void Hdf5File::shorten(const std::string& dataset, std::uint64_t rows) {
-  const std::string place = path_ + ":" + dataset;
   collective([&] {
     std::vector<std::uint64_t> extent = shape(dataset);
     extent[0] = rows;
-    const Handle data(checked(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), place, written),
-                      H5Dclose);
-    checked(H5Dset_extent(data, sizes(extent).data()), place, written);
+    set_extent(dataset, extent);
   });
+}
+
+void Hdf5File::set_extent(const std::string& dataset, const std::vector<std::uint64_t>& shape) {
+  const std::string place = path_ + ":" + dataset;
+  const Handle data(checked(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), place, written),
+                    H5Dclose);
+  checked(H5Dset_extent(data, sizes(shape).data()), place, written);
 }
 
 void Hdf5File::write_attribute(const std::string& object, const std::string& name, NumberType type,

@@ -122,7 +122,12 @@ class Hdf5File {
   void append(const std::string& dataset, std::span<const T> rows) {
     append_rows(dataset, number_type<T>, rows.data(), rows.size());
   }
-  /// Cuts a table down to its first rows. One rank only.
+  /// Adds one row to a table, each rank's part of it behind those of the ranks before. Collective.
+  template <class T>
+  void append_row(const std::string& dataset, std::span<const T> part) {
+    append_one_row(dataset, number_type<T>, part.data(), part.size());
+  }
+  /// Cuts a table down to its first rows. Collective.
   void shorten(const std::string& dataset, std::uint64_t rows);
 
   /// Attributes are the same on every rank. "/" is the file itself. Collective.
@@ -162,6 +167,13 @@ class Hdf5File {
                     std::uint64_t rows_per_chunk);
   void append_rows(const std::string& dataset, NumberType type, const void* values,
                    std::uint64_t numbers);
+  void append_one_row(const std::string& dataset, NumberType type, const void* values,
+                      std::uint64_t numbers);
+  void set_extent(const std::string& dataset, const std::vector<std::uint64_t>& shape);
+  struct AmongRanks {
+    std::uint64_t before, all;
+  };
+  AmongRanks among_ranks(std::uint64_t here) const;
   void write_attribute(const std::string& object, const std::string& name, NumberType type,
                        const void* values, std::size_t count);
   void read_attribute(const std::string& object, const std::string& name, NumberType type,

@@ -27,20 +27,4 @@ std::vector<Record> gather_by_tag(MPI_Comm comm, std::span<const Record> mine) {
   return all;
 }
 
-/// The records of all ranks on the first one, ascending tags; none on the others, which hold their
-/// own only, so that what they hold does not grow with the number of ranks. Collective.
-template <class Record>
-std::vector<Record> gather_on_first(MPI_Comm comm, std::span<const Record> mine) {
-  const int ranks = size_of(comm), rank = rank_in(comm);
-  const RecordType<Record> record;
-  const int count = mpi_count(mine.size(), "records");
-  std::vector<int> counts(rank == 0 ? static_cast<std::size_t>(ranks) : 0), places;
-  MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, comm);
-  std::vector<Record> all(places_of(counts, places));
-  MPI_Gatherv(mine.data(), count, record.type, all.data(), counts.data(), places.data(),
-              record.type, 0, comm);
-  std::sort(all.begin(), all.end(), [](const Record& a, const Record& b) { return a.tag < b.tag; });
-  return all;
-}
-
 }  // namespace bedload

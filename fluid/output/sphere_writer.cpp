@@ -30,6 +30,33 @@ void push(std::vector<double>& column, const Vec3& value) {
   column.insert(column.end(), value.data(), value.data() + 3);
 }
 
+/// The rows of the fixed, or mobile, spheres among `spheres` with what acts on them, and of loads
+/// on spheres that other ranks have.
+void push(std::vector<SphereRow>& rows, std::int64_t sample, bool mobile,
+          std::span<const SphereState> spheres, std::span<const SphereLoad> loads) {
+  std::unordered_map<std::int64_t, SphereLoad> load_of;
+  for (const SphereLoad& load : loads) {
+    SphereLoad& sum = load_of[load.tag];
+    sum.force += load.force;
+    sum.torque += load.torque;
+  }
+  for (const SphereState& sphere : spheres) {
+    if (sphere.mobile != mobile) continue;
+    const auto found = load_of.extract(sphere.tag);
+    const SphereLoad load = found ? found.mapped() : SphereLoad{};
+    rows.push_back({.sample = sample,
+                    .tag = sphere.tag,
+                    .position = sphere.position,
+                    .velocity = sphere.velocity,
+                    .angular_velocity = sphere.angular_velocity,
+                    .force = load.force,
+                    .torque = load.torque,
+                    .radius = sphere.radius});
+  }
+  for (const auto& [tag, load] : load_of)
+    rows.push_back({.sample = sample, .tag = tag, .force = load.force, .torque = load.torque});
+}
+
 std::string data_item(const std::string& name, std::uint64_t rows, int width, const char* type,
                       int precision) {
   return fmt::format(
@@ -80,11 +107,16 @@ SphereWriter::SphereWriter(const std::string& folder, MPI_Comm comm,
       few_(few) {
   MPI_Comm_dup(comm, &comm_);
   is_first_ = rank_in(comm_) == 0;
+  int is_new = 0;
   on_first_rank(comm_, [&] {
-    if (resume_after < 0 || !resume_or_set_aside(path_, [&] { resume_file(resume_after); }))
-      create_file(spheres);
-    write_xdmf();
+    if (resume_after >= 0 && resume_or_set_aside(path_, [&] { resume_file(resume_after); })) return;
+    create_file();
+    is_new = 1;
   });
+  MPI_Bcast(&is_new, 1, MPI_INT, 0, comm_);
+  if (is_new != 0) write_fixed(spheres);
+  MPI_Bcast(&fixed_, 1, MPI_UINT64_T, 0, comm_);
+  on_first_rank(comm_, [&] { write_xdmf(); });
 }
 
 // When a run ends by a mistake that all ranks have met, what they have gathered is written; one
@@ -99,27 +131,13 @@ SphereWriter::~SphereWriter() {
   MPI_Comm_free(&comm_);
 }
 
-void SphereWriter::create_file(std::span<const SphereState> spheres) {
-  require_space(path_, metadata_room + spheres.size() * 5 * sizeof(double));
+void SphereWriter::create_file() {
+  require_space(path_, metadata_room);
   Hdf5File file(temporary_name(path_), Hdf5File::Access::create, MPI_COMM_SELF);
-  std::vector<std::int64_t> tag;
-  std::vector<double> position, radius;
-  for (const SphereState& sphere : spheres) {
-    if (sphere.mobile) continue;
-    tag.push_back(sphere.tag);
-    push(position, sphere.position);
-    radius.push_back(sphere.radius);
-  }
-  const std::uint64_t n = fixed_ = tag.size();
   file.make_group("fixed");
-  file.write("fixed/tag", {{n}, {0}, {n}}, tag.data());
-  file.write("fixed/position", {{n, 3}, {0, 0}, {n, 3}}, position.data());
-  file.write("fixed/radius", {{n}, {0}, {n}}, radius.data());
-  if (n > 0) {
-    file.make_table<std::int64_t>("fixed/force_step", 0, rows_per_chunk);
-    file.make_table<double>("fixed/force_time", 0, rows_per_chunk);
-    file.make_table<double>("fixed/force", 3 * n, 1);
-  }
+  file.make_table<std::int64_t>("fixed/tag", 0, rows_per_chunk);
+  file.make_table<double>("fixed/position", 3, rows_per_chunk);
+  file.make_table<double>("fixed/radius", 0, rows_per_chunk);
   file.make_group("mobile");
   Columns none;
   columns(none, [&]<class T>(const char* name, std::uint64_t width, std::vector<T>&) {
@@ -127,6 +145,26 @@ void SphereWriter::create_file(std::span<const SphereState> spheres) {
   });
   file.close();
   mark_whole(path_);
+}
+
+/// Each rank brings its own; the forces' table, as wide as they are many, is made with them.
+void SphereWriter::write_fixed(std::span<const SphereState> spheres) {
+  fixed_ = 0;
+  for (const SphereState& sphere : spheres) fixed_ += sphere.mobile ? 0 : 1;
+  MPI_Allreduce(MPI_IN_PLACE, &fixed_, 1, MPI_UINT64_T, MPI_SUM, comm_);
+  if (fixed_ == 0) return;
+  std::vector<SphereRow> rows;
+  push(rows, 0, false, spheres, {});
+  const Instant start{0, 0.0};
+  const Columns mine = columns_of(ordered_by_tag(comm_, rows, 1, few_).mine, std::span(&start, 1));
+  in_file(fixed_, 5 * sizeof(double), [&](Hdf5File& file) {
+    file.append<std::int64_t>("fixed/tag", mine.tag);
+    file.append<double>("fixed/position", mine.position);
+    file.append<double>("fixed/radius", mine.radius);
+    file.make_table<std::int64_t>("fixed/force_step", 0, rows_per_chunk);
+    file.make_table<double>("fixed/force_time", 0, rows_per_chunk);
+    file.make_table<double>("fixed/force", 3 * fixed_, 1);
+  });
 }
 
 void SphereWriter::resume_file(std::int64_t step) {
@@ -175,48 +213,29 @@ void SphereWriter::resume_forces(Hdf5File& file, std::int64_t step) const {
   for (const char* name : force_columns) file.shorten(name, kept);
 }
 
-void SphereWriter::sample_fixed(std::int64_t step, double time, std::span<const SphereLoad> forces,
-                                bool replace) {
-  if (!is_first_ || fixed_ == 0) return;
-  std::vector<double> row;
-  for (const SphereLoad& force : forces) push(row, force.force);
-  require_space(path_, metadata_room + row.size() * sizeof(double));
-  mark_unfinished(path_);
-  Hdf5File file(temporary_name(path_), Hdf5File::Access::append, MPI_COMM_SELF);
-  if (replace)
-    for (const char* name : force_columns) file.shorten(name, 0);
-  file.append<std::int64_t>("fixed/force_step", std::span(&step, 1));
-  file.append<double>("fixed/force_time", std::span(&time, 1));
-  file.append<double>("fixed/force", row);
-  file.close();
-  mark_whole(path_);
+void SphereWriter::sample_fixed(std::int64_t step, double time,
+                                std::span<const SphereState> spheres,
+                                std::span<const SphereLoad> loads, bool replace) {
+  if (fixed_ == 0) return;
+  std::vector<SphereRow> rows;
+  push(rows, 0, false, spheres, loads);
+  const Instant now{step, time};
+  const Columns mine = columns_of(ordered_by_tag(comm_, rows, 1, few_).mine, std::span(&now, 1));
+  const std::size_t one = is_first_ ? 1 : 0;
+  in_file(fixed_, 3 * sizeof(double), [&](Hdf5File& file) {
+    if (replace)
+      for (const char* name : force_columns) file.shorten(name, 0);
+    file.append<std::int64_t>("fixed/force_step", std::span(&step, one));
+    file.append<double>("fixed/force_time", std::span(&time, one));
+    file.append_row<double>("fixed/force", mine.force);
+  });
 }
 
 void SphereWriter::sample(std::int64_t step, double time, std::span<const SphereState> spheres,
                           std::span<const SphereLoad> loads) {
   const auto sample = static_cast<std::int64_t>(instants_.size());
   instants_.push_back({step, time});
-  std::unordered_map<std::int64_t, SphereLoad> load_of;
-  for (const SphereLoad& load : loads) {
-    SphereLoad& sum = load_of[load.tag];
-    sum.force += load.force;
-    sum.torque += load.torque;
-  }
-  for (const SphereState& sphere : spheres) {
-    if (!sphere.mobile) continue;
-    const auto found = load_of.extract(sphere.tag);
-    const SphereLoad load = found ? found.mapped() : SphereLoad{};
-    rows_.push_back({.sample = sample,
-                     .tag = sphere.tag,
-                     .position = sphere.position,
-                     .velocity = sphere.velocity,
-                     .angular_velocity = sphere.angular_velocity,
-                     .force = load.force,
-                     .torque = load.torque,
-                     .radius = sphere.radius});
-  }
-  for (const auto& [tag, load] : load_of)  // of spheres that other ranks have
-    rows_.push_back({.sample = sample, .tag = tag, .force = load.force, .torque = load.torque});
+  push(rows_, sample, true, spheres, loads);
   int is_due = MPI_Wtime() - last_flush_ >= interval_ || rows_.size() >= largest_batch ? 1 : 0;
   MPI_Allreduce(MPI_IN_PLACE, &is_due, 1, MPI_INT, MPI_MAX, comm_);
   if (is_due != 0) flush();
@@ -232,19 +251,34 @@ void SphereWriter::flush() {
   const auto rows =
       std::accumulate(ordered.of_sample.begin(), ordered.of_sample.end(), std::uint64_t{0});
   if (rows == 0) return;
-  const bool by_all = rows > few_;
-  const auto write = [&](MPI_Comm writers) { append(columns_of(ordered.mine, instants), writers); };
-  on_first_rank(comm_, [&] {
-    require_space(path_, metadata_room + rows * static_cast<std::uint64_t>(row_bytes));
-    mark_unfinished(path_);
-    if (!by_all) write(MPI_COMM_SELF);
+  Columns mine = columns_of(ordered.mine, instants);
+  in_file(rows, static_cast<std::uint64_t>(row_bytes), [&](Hdf5File& file) {
+    columns(mine, [&]<class T>(const char* name, std::uint64_t, std::vector<T>& column) {
+      file.append<T>(fmt::format("mobile/{}", name), column);
+    });
   });
-  if (by_all) write(comm_);
   on_first_rank(comm_, [&] {
-    mark_whole(path_);
     note_samples(instants, ordered.of_sample);
     write_xdmf();
   });
+}
+
+/// Lets write(file) add `rows` rows of `bytes` each, in their order on the ranks as
+/// ordered_by_tag() leaves them: on the first rank where they are few, else on all together.
+template <class Write>
+void SphereWriter::in_file(std::uint64_t rows, std::uint64_t bytes, Write&& write) {
+  const auto open_and_write = [&](MPI_Comm writers) {
+    Hdf5File file(temporary_name(path_), Hdf5File::Access::append, writers);
+    write(file);
+    file.close();
+  };
+  on_first_rank(comm_, [&] {
+    require_space(path_, metadata_room + rows * bytes);
+    mark_unfinished(path_);
+    if (rows <= few_) open_and_write(MPI_COMM_SELF);
+  });
+  if (rows > few_) open_and_write(comm_);
+  on_first_rank(comm_, [&] { mark_whole(path_); });
 }
 
 SphereWriter::Columns SphereWriter::columns_of(std::span<const SphereRow> rows,
@@ -263,14 +297,6 @@ SphereWriter::Columns SphereWriter::columns_of(std::span<const SphereRow> rows,
     table.radius.push_back(row.radius);
   }
   return table;
-}
-
-void SphereWriter::append(Columns rows, MPI_Comm writers) {
-  Hdf5File file(temporary_name(path_), Hdf5File::Access::append, writers);
-  columns(rows, [&]<class T>(const char* name, std::uint64_t, std::vector<T>& column) {
-    file.append<T>(fmt::format("mobile/{}", name), column);
-  });
-  file.close();
 }
 
 void SphereWriter::note_samples(std::span<const Instant> instants,

@@ -17,13 +17,12 @@ class Hdf5File;
 /// Where the spheres are and what acts on them: spheres.h5 with spheres.xdmf beside it.
 ///
 /// /fixed is written once, but for the forces on its spheres, /fixed/force, a row per sample with
-/// three numbers for each sphere, beside /fixed/force_step and /fixed/force_time; the fixed spheres
-/// are the same on all ranks, so that the first one writes them alone. /mobile is one long table, a
-/// row per mobile sphere and sample, by ascending samples and tags, each column a dataset that
-/// grows. Each rank gathers the rows of its own spheres. They are written in batches, a small one
-/// by the first rank, a large one by all ranks together, each an even share; in between the file is
-/// closed: a killed run leaves a readable file that lacks at most the last batch, and a reader may
-/// open it while the run goes on.
+/// three numbers for each sphere, beside /fixed/force_step and /fixed/force_time. /mobile is one
+/// long table, a row per mobile sphere and sample, by ascending samples and tags, each column a
+/// dataset that grows. Each rank has the rows of its own spheres, fixed or mobile. A small batch of
+/// them is written by the first rank, a large one by all ranks together, each an even share; in
+/// between the file is closed: a killed run leaves a readable file that lacks at most the last
+/// batch, and a reader may open it while the run goes on.
 class SphereWriter {
  public:
   /// Seconds of wall clock between batches.
@@ -34,9 +33,9 @@ class SphereWriter {
   /// takes longer than so much data. (README.md, "Who writes the samples")
   static constexpr std::uint64_t few_rows = 50000;
 
-  /// `fixed`: all fixed spheres on the first rank; those of other ranks are not read.
+  /// `spheres`: those whose centre this rank holds; of these the fixed ones are written.
   /// `resume_after` >= 0 keeps the rows up to that step of a run that is continued. Collective.
-  SphereWriter(const std::string& folder, MPI_Comm comm, std::span<const SphereState> fixed,
+  SphereWriter(const std::string& folder, MPI_Comm comm, std::span<const SphereState> spheres,
                std::int64_t resume_after = -1, double seconds_between_batches = default_interval,
                std::uint64_t few = few_rows);
   ~SphereWriter();
@@ -49,11 +48,10 @@ class SphereWriter {
   void sample(std::int64_t step, double time, std::span<const SphereState> spheres,
               std::span<const SphereLoad> loads);
 
-  /// One sample of the forces on the fixed spheres, in the order of /fixed; written at once, in
-  /// place of all others if told to `replace` them. Call on every rank; the first one writes and
-  /// alone throws UserError.
-  void sample_fixed(std::int64_t step, double time, std::span<const SphereLoad> forces,
-                    bool replace);
+  /// The same of the fixed spheres; only forces count. Written at once, in place of all samples
+  /// before if told to `replace` them. Collective.
+  void sample_fixed(std::int64_t step, double time, std::span<const SphereState> spheres,
+                    std::span<const SphereLoad> loads, bool replace);
 
   /// Hands over what was gathered and renews the XDMF. Collective.
   void flush();
@@ -74,12 +72,14 @@ class SphereWriter {
     double time;
     std::uint64_t first_row, rows;
   };
-  void create_file(std::span<const SphereState> spheres);
+  void create_file();
+  void write_fixed(std::span<const SphereState> spheres);
   void resume_file(std::int64_t step);
   void read_samples(const Hdf5File& file, std::int64_t step);
   void resume_forces(Hdf5File& file, std::int64_t step) const;
   static Columns columns_of(std::span<const SphereRow> rows, std::span<const Instant> instants);
-  void append(Columns rows, MPI_Comm writers);
+  template <class Write>
+  void in_file(std::uint64_t rows, std::uint64_t bytes, Write&& write);
   void note_samples(std::span<const Instant> instants, std::span<const std::uint64_t> rows);
   void write_xdmf() const;
 
@@ -90,8 +90,8 @@ class SphereWriter {
   std::uint64_t few_;              ///< rows that the first rank writes alone
   std::vector<SphereRow> rows_;    ///< of the batch, this rank's
   std::vector<Instant> instants_;  ///< of the batch
-  std::uint64_t fixed_ = 0;
-  std::uint64_t total_rows_ = 0;  ///< in the file; first rank's, as samples_
+  std::uint64_t fixed_ = 0;        ///< on all ranks together
+  std::uint64_t total_rows_ = 0;   ///< in the file; first rank's, as samples_
   std::vector<Sample> samples_;
 };
 

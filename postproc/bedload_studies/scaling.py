@@ -19,7 +19,7 @@ from .small_scenes import Ball, SmallScene
 
 SHARE = (4.0, 3.0, 4.0)  # of the box, for each rank along y and z [D]
 CELLS = 6  # to a diameter
-GRAINS = 6  # for each fluid rank
+GRAINS, FIXED = 6, 2  # for each fluid rank
 RANKS = (2, 4, 8, 16)
 SHORT = 4  # steps of the shorter run; the longer has twice as many
 MEANINGS = {
@@ -46,12 +46,16 @@ def division(ranks: int) -> tuple[int, int]:
 
 
 def scene(ranks: int) -> tuple[SmallScene, int]:
-    """The box of `ranks` shares and its blocks along z; grains on a lattice in each share, falling."""
+    """The box of `ranks` shares and its blocks along z; in each share grains on a lattice, falling, and fixed ones."""
     along_y, along_z = division(ranks)
     x, y, z = SHARE
     balls = [
         Ball((x * (i + 0.5) / 3.0, y * (j + 0.35 + 0.3 * (i % 2)), z * (k + 0.25 + 0.5 * m)))
         for j in range(along_y) for k in range(along_z) for i in range(3) for m in range(GRAINS // 3)
+    ]  # fmt: skip
+    balls += [
+        Ball((0.5 * x, y * j + 0.5, z * (k + 0.25 + 0.5 * m)), mobile=False)
+        for j in range(along_y) for k in range(along_z) for m in range(FIXED)
     ]  # fmt: skip
     keys = {"ranks.along_z": str(along_z), "output.spheres_every": "1e9", "checkpoint.wall_every": "0.0"}
     length = (x, y * along_y, z * along_z)
@@ -99,8 +103,8 @@ def run(options: argparse.Namespace) -> int:
             raise UserError(f"--fluid-ranks has {ranks}, but must be powers of two.")
     if options.dem_share < 1:
         raise UserError(f"--dem-share is {options.dem_share}, but must be at least 1.")
-    print("The busiest rank of each program; "
-          f"{SHARE[0]:g} x {SHARE[1]:g} x {SHARE[2]:g} D and {GRAINS} grains to a fluid rank.\n")  # fmt: skip
+    print(f"The busiest rank of each program; {SHARE[0]:g} x {SHARE[1]:g} x {SHARE[2]:g} D, {GRAINS} grains and "
+          f"{FIXED} fixed spheres to a fluid rank.\n")  # fmt: skip
     head = ["program", "ranks (y x z, or LIGGGHTS)", *MEANINGS.values()]
     print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
     for ranks in options.fluid_ranks:

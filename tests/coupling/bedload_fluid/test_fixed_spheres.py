@@ -1,5 +1,7 @@
 """The fluid's force on fixed spheres: history.csv has the sum, spheres.h5 each sphere's."""
 
+import json
+
 import h5py
 import numpy as np
 import pytest
@@ -13,12 +15,12 @@ VOLUME = 4.0 * 3.0 * 2.0
 AREA = 4.0 * 2.0
 
 
-def flow_over_a_bed(folder, *options, ranks=1, out="out"):
+def flow_over_a_bed(folder, *options, ranks=1, out="out", before=()):
     """history.csv by column, and /fixed of spheres.h5."""
     text = (SCENE / "fluid.toml").read_text(encoding="utf-8")
     (folder / "fluid.toml").write_text(text.replace("[spheres]", '[spheres]\nfile = "bed.txt"'))
     (folder / "bed.txt").write_text("".join("{} {} {} 0.5\n".format(*place) for place in PLACES))
-    fluid = [str(BIN / "bedload-fluid"), "fluid.toml", "--out", out, "--set", "time.end=0.4", *options]
+    fluid = [*before, str(BIN / "bedload-fluid"), "fluid.toml", "--out", out, "--set", "time.end=0.4", *options]
     result = run(command(fluid, None, (ranks, 0)), folder)
     assert result.status == 0, result.output
     table = rows(folder / out / "history.csv")
@@ -63,3 +65,28 @@ def test_a_restart_leaves_one_sample(tmp_path):
     for name in whole:  # not bit for bit: the whole run has written no checkpoint on its way
         assert again[name].shape == whole[name].shape
         np.testing.assert_allclose(again[name], whole[name], rtol=1e-6, atol=1e-12)
+
+
+def test_any_ranks_write_the_same_bed_and_none_gathers_it(tmp_path):
+    """The spheres once, forces every step, a checkpoint and a restart from it on another number of ranks. What MPI
+    gathers was 104 B of each sphere and 56 B of each force when the first rank did it."""
+    one = flow_over_a_bed(tmp_path, "--set", "output.fixed_every=1e-6", out="one")[1]
+    counted = ["env", f"BEDLOAD_COUNTS={tmp_path}", f"LD_PRELOAD={BIN / 'count_use.so'}"]
+    every = ("--set", "output.fixed_every=1e-6")
+    flow_over_a_bed(tmp_path, *every, "--steps", "7", ranks=3, out="many", before=counted)
+    many = flow_over_a_bed(tmp_path, *every, "--restart", "many", ranks=2, out="many", before=counted)[1]
+    told = [json.loads(file.read_text(encoding="utf-8")) for file in tmp_path.glob("[0-9]*.json")]
+    gathered = [each["gathered"] for each in told if each["program"] == "bedload-fluid"]
+    assert gathered == [0] * 5
+    for name in one:
+        assert many[name].shape == one[name].shape
+        np.testing.assert_allclose(many[name], one[name], rtol=1e-6, atol=1e-9)
+    assert len(one["force"]) > 7
+
+
+def test_a_run_without_a_step_writes_the_forces_of_its_checkpoint(tmp_path):
+    whole = flow_over_a_bed(tmp_path, out="whole", ranks=2)[1]
+    (tmp_path / "whole" / "spheres.h5").unlink()
+    again = flow_over_a_bed(tmp_path, "--restart", "whole", out="whole")[1]
+    for name in whole:
+        np.testing.assert_allclose(again[name], whole[name], rtol=1e-12, atol=1e-12)

@@ -124,6 +124,10 @@ std::vector<SphereState> spheres_at(double x) {
   return {grain, bed};
 }
 
+std::vector<SphereState> spheres_of_last_rank() {
+  return world_rank() == world_size() - 1 ? spheres_at(0) : std::vector<SphereState>{};
+}
+
 /// The grain is on one rank, by turns on each; `load` acts on it.
 void sample_on_one_rank(SphereWriter& writer, std::int64_t step, double x, const SphereLoad& load) {
   const bool is_here = step % world_size() == world_rank();
@@ -134,7 +138,7 @@ void sample_on_one_rank(SphereWriter& writer, std::int64_t step, double x, const
 TEST(OutputSpheres, AreOneLongTableThatAContinuedRunCutsBack) {
   const Folder folder;
   const auto write = [&](std::int64_t from, std::int64_t to, std::int64_t resume_after) {
-    SphereWriter writer(folder.name(), MPI_COMM_WORLD, spheres_at(0), resume_after, 0.0);
+    SphereWriter writer(folder.name(), MPI_COMM_WORLD, spheres_of_last_rank(), resume_after, 0.0);
     for (std::int64_t step = from; step <= to; ++step) {
       const double x = 0.1 * static_cast<double>(step);
       const SphereLoad load{.tag = 9, .force = {x, 0, -x}, .torque = {0, x, 0}};
@@ -204,7 +208,7 @@ TEST_P(OutputSpheresOfRanks, StandByTagWhoeverHasThem) {
   const Folder folder;
   constexpr std::int64_t steps = 5, batch = 3;
   {
-    SphereWriter writer(folder.name(), MPI_COMM_WORLD, spheres_at(0), -1, 1e9, GetParam());
+    SphereWriter writer(folder.name(), MPI_COMM_WORLD, spheres_of_last_rank(), -1, 1e9, GetParam());
     for (std::int64_t step = 1; step <= steps; ++step) {
       const auto [spheres, loads] = part_of_crowd(step);
       writer.sample(step, 0.1 * double(step), spheres, loads);
@@ -245,6 +249,71 @@ TEST_P(OutputSpheresOfRanks, StandByTagWhoeverHasThem) {
     EXPECT_THAT(xdmf, HasSubstr(fmt::format("Time Value=\"{}\"", 0.1 * double(step))));
 }
 
+/// A bed whose spheres lie on the ranks by turns, from the highest tag down, and this rank's part
+/// of the force on each: three quarters with the sphere, the rest on the next rank.
+std::pair<std::vector<SphereState>, std::vector<SphereLoad>> part_of_bed(double force) {
+  std::pair<std::vector<SphereState>, std::vector<SphereLoad>> part;
+  for (std::int64_t tag = crowd; tag > 0; --tag) {
+    const auto x = static_cast<double>(tag);
+    if (tag % world_size() == world_rank()) {
+      part.first.push_back(
+          {.tag = tag, .position = {x, 2 * x, 3 * x}, .radius = 0.5 * x, .mobile = false});
+      part.second.push_back({.tag = tag, .force = {0.75 * force * x, 0, 3}});
+    }
+    if ((tag + 1) % world_size() == world_rank())
+      part.second.push_back({.tag = tag, .force = {0.25 * force * x, 0, 1}});
+  }
+  return part;
+}
+
+TEST_P(OutputSpheresOfRanks, FixedStandByTagWithTheForcesOnThem) {
+  const Folder folder;
+  const auto write = [&](std::int64_t from, std::int64_t to, std::int64_t resume_after) {
+    SphereWriter writer(folder.name(), MPI_COMM_WORLD, part_of_bed(0).first, resume_after, 1e9,
+                        GetParam());
+    for (std::int64_t step = from; step <= to; ++step) {
+      const auto [spheres, loads] = part_of_bed(double(step));
+      writer.sample_fixed(step, 0.5 * double(step), spheres, loads, false);
+    }
+  };
+  const auto check = [&](const std::vector<std::int64_t>& steps) {
+    const Hdf5File file(folder / "spheres.h5", Hdf5File::Access::read, MPI_COMM_SELF);
+    EXPECT_EQ(all_of<std::int64_t>(file, "fixed/force_step"), steps);
+    const auto tag = all_of<std::int64_t>(file, "fixed/tag");
+    const auto position = all_of<double>(file, "fixed/position"),
+               radius = all_of<double>(file, "fixed/radius"),
+               time = all_of<double>(file, "fixed/force_time"),
+               force = all_of<double>(file, "fixed/force");
+    ASSERT_EQ(tag.size(), std::size_t{crowd});
+    ASSERT_EQ(file.shape("fixed/force"), (std::vector<std::uint64_t>{steps.size(), 3 * crowd}));
+    for (std::size_t n = 0; n < tag.size(); ++n) {
+      const auto x = static_cast<double>(n + 1);
+      EXPECT_EQ(tag[n], static_cast<std::int64_t>(n + 1));
+      EXPECT_EQ(Vec3(&position[3 * n]), Vec3(x, 2 * x, 3 * x));
+      EXPECT_EQ(radius[n], 0.5 * x);
+      for (std::size_t row = 0; row < steps.size(); ++row) {
+        EXPECT_EQ(time[row], 0.5 * double(steps[row]));
+        EXPECT_EQ(Vec3(&force[3 * (row * tag.size() + n)]), Vec3(double(steps[row]) * x, 0, 4));
+      }
+    }
+  };
+  write(1, 4, -1);
+  MPI_Barrier(MPI_COMM_WORLD);
+  check({1, 2, 3, 4});
+  MPI_Barrier(MPI_COMM_WORLD);
+  write(3, 3, 2);
+  MPI_Barrier(MPI_COMM_WORLD);
+  check({1, 2, 3});
+  MPI_Barrier(MPI_COMM_WORLD);
+  {
+    SphereWriter writer(folder.name(), MPI_COMM_WORLD, {}, 3, 1e9, GetParam());
+    const auto [spheres, loads] = part_of_bed(7.0);
+    writer.sample_fixed(7, 3.5, spheres, loads, true);
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  check({7});
+}
+
 /// All on one rank at first: no rank keeps more than its share; few of them go to the first rank.
 TEST(OutputSpheres, AreSharedEvenlyAmongTheRanksThatWriteThem) {
   std::vector<SphereRow> rows;
@@ -265,7 +334,7 @@ TEST(OutputSpheres, AreSharedEvenlyAmongTheRanksThatWriteThem) {
 TEST(OutputSpheres, AreGatheredOfRanksThatMeetAMistakeTogether) {
   const Folder folder;
   const auto run = [&] {
-    SphereWriter writer(folder.name(), MPI_COMM_WORLD, spheres_at(0), -1, 1e9);
+    SphereWriter writer(folder.name(), MPI_COMM_WORLD, spheres_of_last_rank(), -1, 1e9);
     const auto [spheres, loads] = part_of_crowd(1);
     writer.sample(1, 0.1, spheres, loads);
     throw UserError("a mistake");
@@ -367,14 +436,15 @@ TEST(OutputExample, IsLeftForPython) {
   Flow<float> flow(grid, MPI_COMM_WORLD);
   flow.fill(PlaceValue(linear));
   FieldWriter fields(folder, grid, flow.decomposition);
-  SphereWriter spheres(folder, MPI_COMM_WORLD, spheres_at(0));
+  SphereWriter spheres(folder, MPI_COMM_WORLD, spheres_of_last_rank());
   for (const std::int64_t step : {1, 2, 3}) {
     const double x = 0.1 * static_cast<double>(step);
     fields.write(flow.view(x, step));
     const SphereLoad load{.tag = 9, .force = {x, 0, 0}};
     sample_on_one_rank(spheres, step, x, load);
     const SphereLoad on_fixed{.tag = 5, .force = {0.5, 0, 2}};
-    spheres.sample_fixed(step, x, std::span(&on_fixed, 1), true);
+    spheres.sample_fixed(step, x, spheres_of_last_rank(),
+                         std::span(&on_fixed, world_rank() == 0 ? 1 : 0), true);
   }
   spheres.flush();
   write_state(folder + "/state.h5", flow.view());
