@@ -106,6 +106,11 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
   double repel(const SurfacesCloseData& s, double gap, const double* en, ForceData& i_forces,
                ForceData& j_forces) {
     if (!ready_) make_ready();
+    if (update->ntimestep == 0) {
+      note_start(s, gap);
+    } else if (thrown_.speed > 0) {
+      warn_of_start();
+    }
     const double force = bedload::contact::rpm_force(gap, range_, strength_, mass(s) * gravity_);
     for (int d = 0; d < 3; ++d) {
       i_forces.delta_F[d] += force * en[d];
@@ -139,6 +144,28 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
 
   static constexpr const char* style = "normal model rpm";
 
+  /// A grain that is put where the repulsion acts is thrown off, and the faster the stiffer the
+  /// model is: with shorter steps, where its strength follows them.
+  void note_start(const SurfacesCloseData& s, double gap) {
+    if (mass(s) == 0) return;
+    const bool i_moves = mobility_.inverse_mass(*atom, s.i) > 0;
+    const bool j_moves = !s.is_wall && mobility_.inverse_mass(*atom, s.j) > 0;
+    const double speed = bedload::contact::rpm_parting_speed(gap, range_, strength_, gravity_,
+                                                             i_moves && j_moves ? 0.5 : 1.0);
+    // A grain that rests on the repulsion leaves more slowly: E = m g S depth/3 there.
+    if (speed > std::sqrt(2 * gravity_ * largest_radius_) && speed > thrown_.speed)
+      thrown_ = {speed, range_ - gap, atom->tag[i_moves ? s.i : s.j]};
+  }
+
+  void warn_of_start() {
+    bedload::warn(
+        lmp, style,
+        fmt::format("sphere {} stands {:.3g} inside the range of the repulsion ({:.3g}) at the "
+                    "start and is thrown off at {:.3g} or more; start it farther off",
+                    thrown_.tag, thrown_.depth, range_, thrown_.speed));
+    thrown_ = {};
+  }
+
   /// Duration that the default of strength aims at.
   void settle_duration() {
     if (time_setting_ > 0 && steps_setting_ != not_given)
@@ -166,6 +193,11 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
   double range_ = 0, strength_ = 0, gravity_ = 0, largest_radius_ = 0;
   bedload::FluidValue fluid_step_;
   bedload::Mobility mobility_;
+  struct Thrown {
+    double speed, depth;
+    int tag;
+  };
+  Thrown thrown_{};  ///< the fastest one that starts where the repulsion acts
   bool ready_ = false;
 };
 

@@ -34,4 +34,13 @@ inline double rpm_strength(double speed, double duration, double range, double g
   return 1.5 * mass_ratio * speed * speed * q * q * q * range * range / gravity;
 }
 
+/// Speed at which a partner that is let go at a gap leaves the range: the energy
+///     ε m_p g S (max{0, S - ζ}/S)³/3
+/// of the repulsion there becomes that of m. [m/s]
+inline double rpm_parting_speed(double gap, double range, double strength, double gravity,
+                                double mass_ratio) {
+  const double depth = gap < range ? (range - gap) / range : 0.0;
+  return std::sqrt(2.0 / 3.0 * strength * gravity * range * depth * depth * depth / mass_ratio);
+}
+
 }  // namespace bedload::contact

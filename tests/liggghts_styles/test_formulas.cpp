@@ -208,6 +208,20 @@ TEST(Rpm, FormulaAndStrength) {
   EXPECT_NEAR(t, T, 1e-3 * T);
 }
 
+/// The energy at a gap is what the force gives on the way out, to a wall and between two that move.
+TEST(Rpm, PartingSpeedIsTheWorkOfTheForce) {
+  const double range = 0.2, strength = 7, g = 9.81, m = 3, start = 0.05;
+  double work = 0;
+  constexpr int steps = 10000;
+  const double dz = (range - start) / steps;
+  for (int n = 0; n < steps; ++n)
+    work += rpm_force(start + (n + 0.5) * dz, range, strength, m * g) * dz;
+  for (const double ratio : {1.0, 0.5})
+    EXPECT_NEAR(rpm_parting_speed(start, range, strength, g, ratio),
+                std::sqrt(2 * work / (ratio * m)), 1e-7);
+  EXPECT_EQ(rpm_parting_speed(range, range, strength, g, 1.0), 0);
+}
+
 TEST(HaffWerner, CapsAndStops) {
   // min(d |g|, μ |F_n|) at |g| = 3 and 0.3, as force over slip.
   EXPECT_DOUBLE_EQ(3 * haff_werner_force_per_slip(2, 9, 1.5), 1.5);

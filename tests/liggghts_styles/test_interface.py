@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from liggghts_script import Scene, Sphere, read_table
+from liggghts_script import Scene, Sphere, read_table, run_script
 
 D = 0.01
 
@@ -124,6 +124,20 @@ def test_force_of_rpm(tmp_path):
     assert force[1] == pytest.approx([0, 0, pair], rel=1e-9)
     assert force[3] == pytest.approx([0, 0, share * weights[3]], rel=1e-9)
     assert force[4] == pytest.approx([0, share * weights[4], 0], rel=1e-9)
+
+
+@pytest.mark.parametrize("share, warns", [(0.5, True), (0.05, False)])
+def test_a_sphere_that_starts_inside_the_range_of_rpm_is_named(tmp_path, share, warns):
+    """Let go at a depth of a share x of the range it leaves the wall at sqrt(2/3 ε g S x³): 1.5 sqrt(g D) at a half,
+    0.05 sqrt(g D) at a twentieth, of which nothing is said."""
+    reach = 4e-4
+    strength = 1.5 * 1.5**2 * D / reach / 0.5**3
+    settings = f"range {reach} strength {strength}"
+    wall = f"fix floor all wall/gran model rpm primitive type 1 yplane 0.0 {settings}"
+    scene = Scene([Sphere((0, D / 2 + (1 - share) * reach, 0))], contact="model rpm", settings=settings,
+                  lines=[wall, *WEIGHT])  # fmt: skip
+    (tmp_path / "spheres.data").write_text(scene.data_file())
+    assert ("rpm: sphere 1 stands 0.0002 inside the range" in run_script(tmp_path, scene.script(5))) == warns
 
 
 def test_default_strength_of_rpm(tmp_path):
