@@ -324,6 +324,8 @@ HistoryRow RunOutput<Real>::history_row() const {
   const double driving = channel.driving_force();
   const std::array<double, 2> wall_stress = channel.wall_stress();
   const Vec3 on_fixed = simulation_.fixed_force();
+  const EnergyWork work = simulation_.energy_work();
+  const double density = settings_.fluid.density;
   return {
       .step = channel.step(),
       .time = channel.time(),
@@ -333,9 +335,9 @@ HistoryRow RunOutput<Real>::history_row() const {
       .driving = driving,
       .kinetic_energy = channel.kinetic_energy() / channel.grid().volume(),
       .dissipation = channel.viscous_loss() / channel.grid().volume(),
-      .forcing_work = simulation_.energy_work().forcing,
-      .projection_work = simulation_.energy_work().projection,
-      .old_pressure_work = simulation_.energy_work().old_pressure,
+      .forcing_work = density * work.forcing,
+      .viscous_work = density * work.viscous,
+      .convective_work = density * work.convective,
       .u_tau_driving =
           u_tau_of_driving(driving, settings_.reference.height, settings_.fluid.density),
       .wall_stress_lower = wall_stress[0],

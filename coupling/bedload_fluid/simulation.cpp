@@ -6,11 +6,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
-#include <utility>
 
 #include "coupling/exchange/stages.hpp"
-#include "fluid/channel/diagnostics.hpp"
 #include "fluid/channel/runge_kutta.hpp"
 #include "fluid/grid/block_map.hpp"
 #include "fluid/grid/diffusion_limit.hpp"
@@ -49,6 +48,8 @@ Simulation<Real>::Simulation(const Settings& settings, MPI_Comm comm, FluidSide*
       spheres_.push_back(s);
   changes_.update(spheres_);
   count_spheres();
+  if (settings.output.energy_work)
+    energy_ = std::make_unique<EnergyAccount<Real>>(channel_.grid(), channel_.decomposition());
   if (partner_) partner_->divide(blocks);
 }
 
@@ -84,19 +85,19 @@ void Simulation<Real>::make_step(bool last) {
     timing_.measure(phases_.markers, [&] { move_spheres(); });
   }
   for (int stage = 0; stage < stage_count; ++stage) {
+    if (energy_) energy_->begin_stage(channel_.velocity(), stage);
     if (!channel_.immersed_boundary() && !partner_) {
       timing_.measure(phases_.flow, [&] {
         channel_.predict(stage);
         channel_.project(stage);
       });
+      end_stage(stage);
       continue;
     }
     timing_.measure(phases_.predictor, [&] { channel_.predict(stage); });
-    double other = 0.0;
-    follow_energy(other);
-    follow_old_pressure(stage);
+    if (energy_) energy_->predicted(channel_.velocity());
     loads_ = timing_.measure(phases_.markers, [&] { return channel_.force_spheres(stage); });
-    follow_energy(work_.forcing);
+    if (energy_) energy_->forced(channel_.velocity());
     check_loads();
     add_to_mean(stage);
     const bool exchange = partner_ && partner_->dem_steps().exchange_in(stage);
@@ -105,7 +106,7 @@ void Simulation<Real>::make_step(bool last) {
         partner_->send_loads(stage, channel_.time_step(), last, loads_to_send());
       });
     timing_.measure(phases_.pressure, [&] { channel_.project(stage); });
-    follow_energy(work_.projection);
+    end_stage(stage);
     if (!exchange) continue;
     motion_ = timing_.measure(phases_.waiting, [&] { return partner_->receive_motion(); });
     timing_.measure(phases_.markers, [&] { move_spheres(); });
@@ -128,37 +129,14 @@ template <class Real>
 void Simulation<Real>::begin_step() {
   mean_loads_.clear();
   grain_intervals_.clear();
-  // Without spheres all stages go in one, and the flow in between is not used.
-  if (!channel_.settings().output.energy_work || (!channel_.immersed_boundary() && !partner_))
-    return;
-  work_ = {0.0, 0.0, 0.0};
-  if (diffusion_is_implicit(channel_.settings(), channel_.grid()))
-    work_.old_pressure = std::numeric_limits<double>::quiet_NaN();
 }
 
-// work += (E - E before) / (V dt), the part of the stage that lies between having done it
 template <class Real>
-void Simulation<Real>::follow_energy(double& work) {
-  if (!channel_.settings().output.energy_work) return;
-  const double before = std::exchange(energy_, channel_.kinetic_energy());
-  work += (energy_ - before) / (channel_.grid().volume() * channel_.time_step());
-}
-
-// Explicit diffusion: the predictor moves u to u* = u + ... - dtau grad p_old. What the last term
-// gives to the energy is
-//
-//   -dtau sum grad p_old . (u + u*)/2 dV = -dtau/2 sum grad p_old . u* dV,
-//
-// since u is free of divergence: the old pressure does work only on what the predictor adds to u.
-// With implicit diffusion that term cannot be told apart: NaN.
-template <class Real>
-void Simulation<Real>::follow_old_pressure(int stage) {
-  if (!channel_.settings().output.energy_work) return;
-  const double two_alpha = runge_kutta[static_cast<std::size_t>(stage)].two_alpha;
-  work_.old_pressure -= 0.5 * two_alpha * channel_.settings().fluid.density *
-                        pressure_power_integral(channel_.velocity(), channel_.pressure(),
-                                                channel_.grid(), channel_.decomposition()) /
-                        channel_.grid().volume();
+void Simulation<Real>::end_stage(int stage) {
+  if (!energy_) return;
+  const Settings& s = channel_.settings();
+  energy_->end_stage(channel_.velocity(), stage, channel_.time_step(), s.fluid.kinematic_viscosity,
+                     diffusion_is_implicit(s, channel_.grid()));
 }
 
 template <class Real>

@@ -1,13 +1,14 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <map>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "coupling/exchange/fluid_side.hpp"
 #include "fluid/channel/channel.hpp"
+#include "fluid/channel/energy_account.hpp"
 #include "fluid/output/timing.hpp"
 #include "fluid/validation/sphere_changes.hpp"
 #include "fluid/validation/warnings.hpp"
@@ -17,14 +18,6 @@ namespace bedload {
 /// Motion of the grains in LIGGGHTS behind one exchange, by the clock that both programs read [s].
 struct GrainInterval {
   double began, ended;
-};
-
-/// Mean power per volume of the box in the last step [M/(L T^3)]; not a number unless
-/// output.energy_work asks for it.
-struct EnergyWork {
-  double forcing = std::numeric_limits<double>::quiet_NaN();
-  double projection = std::numeric_limits<double>::quiet_NaN();
-  double old_pressure = std::numeric_limits<double>::quiet_NaN();  ///< in the predictor
 };
 
 /// The flow, its spheres and, where some of them move, LIGGGHTS at the other end of the exchange:
@@ -75,7 +68,8 @@ class Simulation {
   /// with LIGGGHTS fails to balance by, each over its own size. Between x walls the fluid's is not
   /// followed: that of the exchange alone, or NaN.
   double momentum_residual() const;
-  const EnergyWork& energy_work() const { return work_; }
+  /// Of the last step; not followed (NaN) unless output.energy_work asks for it.
+  EnergyWork energy_work() const { return energy_ ? energy_->work() : EnergyWork{}; }
   /// Finished collisions so far; -1: they are not counted.
   std::int64_t collisions() const { return account_.collisions; }
 
@@ -85,14 +79,13 @@ class Simulation {
   /// Of the fluid on a fixed sphere at rest.
   Vec3 buoyancy(const SphereState& sphere) const;
   void begin_step();
+  void end_stage(int stage);
   void move_spheres();
   void check_loads() const;
   void check_momentum() const;
   void add_to_mean(int stage);
   std::vector<SphereLoad> loads_to_send() const;
   void take_note();
-  void follow_energy(double& work);
-  void follow_old_pressure(int stage);
 
   Channel<Real> channel_;
   FluidSide* partner_;
@@ -114,10 +107,9 @@ class Simulation {
   SphereChanges changes_;
   bool spheres_changed_ = false;
   bool began_with_spheres_ = false;
-  bool has_fixed_ = false;                 ///< on some rank
-  Vec3 buoyancy_of_fixed_ = Vec3::Zero();  ///< on all of them
-  EnergyWork work_;
-  double energy_ = 0.0;  ///< of the flow after the last part of a stage, where it is followed
+  bool has_fixed_ = false;                       ///< on some rank
+  Vec3 buoyancy_of_fixed_ = Vec3::Zero();        ///< on all of them
+  std::unique_ptr<EnergyAccount<Real>> energy_;  ///< where it is asked for
 };
 
 }  // namespace bedload

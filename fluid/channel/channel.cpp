@@ -143,8 +143,8 @@ double Channel<Real>::kinetic_energy() const {
 
 template <class Real>
 double Channel<Real>::viscous_loss() const {
-  return settings_.fluid.density * settings_.fluid.kinematic_viscosity / (grid_.h * grid_.h) *
-         viscous_loss_integral(velocity_, grid_, decomposition_);
+  return -settings_.fluid.density * settings_.fluid.kinematic_viscosity / (grid_.h * grid_.h) *
+         viscous_power_integral(velocity_, velocity_, grid_, decomposition_);
 }
 
 template <class Real>

@@ -33,11 +33,28 @@ double kinetic_energy_integral(const Field<Real>& velocity, const Grid& grid,
   return 0.5 * grid.cell_volume() * all_ranks(sum, MPI_SUM, decomposition.comm());
 }
 
-// -u_c (u_{i+1} - 2 u_i + u_{i-1} + the same along z) w - u_c (difference of d u/dy above and
+template <class Real>
+double product_integral(const Field<Real>& a, const Field<Real>& b, const Grid& grid,
+                        const Decomposition& decomposition) {
+  double sum = 0.0;
+  for (int j = 0; j < a.planes(); ++j)
+    for (int c = 0; c < 3; ++c) {
+      double plane = 0.0;
+      for (int k = 0; k < a.nz(); ++k) {
+        const Real *p = a.row(j, k, c), *q = b.row(j, k, c);
+        plane += row_total(a.nx(), [p, q](int i) { return double(p[i]) * double(q[i]); });
+      }
+      const int global = decomposition.first() + j;
+      sum += plane * (c == 1 ? grid.gap(global) : grid.thickness(global));
+    }
+  return grid.cell_volume() * all_ranks(sum, MPI_SUM, decomposition.comm());
+}
+
+// a_c (u_{i+1} - 2 u_i + u_{i-1} + the same along z) w + a_c (difference of d u/dy above and
 // below), w the height of the cell of u_c in h.
 template <class Real>
-double viscous_loss_integral(const Field<Real>& velocity, const Grid& grid,
-                             const Decomposition& decomposition) {
+double viscous_power_integral(const Field<Real>& a, const Field<Real>& velocity, const Grid& grid,
+                              const Decomposition& decomposition) {
   double sum = 0.0;
   for (int j = 0; j < velocity.planes(); ++j) {
     const int global = decomposition.first() + j;
@@ -47,15 +64,15 @@ double viscous_loss_integral(const Field<Real>& velocity, const Grid& grid,
       const double above = 1.0 / (at_face ? grid.thickness(global + 1) : grid.gap(global));
       const double below = 1.0 / (at_face ? grid.thickness(global) : grid.gap(global - 1));
       for (int k = 0; k < velocity.nz(); ++k) {
-        const Real* q = velocity.row(j, k, c);
+        const Real *moved = a.row(j, k, c), *q = velocity.row(j, k, c);
         const Real *up = velocity.row(j + 1, k, c), *down = velocity.row(j - 1, k, c);
         const Real *front = velocity.row(j, k + 1, c), *back = velocity.row(j, k - 1, c);
-        sum -= row_total(velocity.nx(), [&](int i) {
+        sum += row_total(velocity.nx(), [&](int i) {
           const double here = double(q[i]);
           const double level =
               double(q[i - 1]) + double(q[i + 1]) + double(front[i]) + double(back[i]) - 4.0 * here;
-          return here * (height * level + above * (double(up[i]) - here) -
-                         below * (here - double(down[i])));
+          return double(moved[i]) * (height * level + above * (double(up[i]) - here) -
+                                     below * (here - double(down[i])));
         });
       }
     }
@@ -63,27 +80,44 @@ double viscous_loss_integral(const Field<Real>& velocity, const Grid& grid,
   return grid.cell_volume() * all_ranks(sum, MPI_SUM, decomposition.comm());
 }
 
-// u (p_{i+1} - p_i) h_y/h + v (p_{j+1} - p_j) + w (p_{k+1} - p_k) h_y/h, h_y the height of the
-// cell: times h^2 the sum of u . grad p dV.
+// -1/4 a_c [(A + A_next) (q + q_next) - the same one face back], summed over the three directions
+// d, q = u_c, A = u_d and A_next the same one place along c. Through faces above and below the
+// difference counts as it is, through the others times the height of the cell of u_c; over the two
+// half cells of v, A and A_next count by their heights.
 template <class Real>
-double pressure_power_integral(const Field<Real>& velocity, const Field<Real>& pressure,
-                               const Grid& grid, const Decomposition& decomposition) {
+double convective_power_integral(const Field<Real>& a, const Field<Real>& velocity,
+                                 const Grid& grid, const Decomposition& decomposition) {
   double sum = 0.0;
   for (int j = 0; j < velocity.planes(); ++j) {
-    const double height = grid.thickness(decomposition.first() + j);
-    for (int k = 0; k < velocity.nz(); ++k) {
-      const Real *u = velocity.row(j, k, 0), *v = velocity.row(j, k, 1), *w = velocity.row(j, k, 2);
-      const Real *p = pressure.row(j, k), *above = pressure.row(j + 1, k);
-      const Real* front = pressure.row(j, k + 1);
-      sum += row_total(velocity.nx(), [&](int i) {
-        const double here = double(p[i]);
-        return height * (double(u[i]) * (double(p[i + 1]) - here) +
-                         double(w[i]) * (double(front[i]) - here)) +
-               double(v[i]) * (double(above[i]) - here);
-      });
-    }
+    const int global = decomposition.first() + j;
+    for (int k = 0; k < velocity.nz(); ++k)
+      for (int c = 0; c < 3; ++c)
+        for (int d = 0; d < 3; ++d) {
+          // component n at the cell `along_c` places along c and `along_d` along d away
+          const auto at = [&](int n, int along_c, int along_d) {
+            const auto away = [&](int direction) {
+              return (c == direction ? along_c : 0) + (d == direction ? along_d : 0);
+            };
+            return velocity.row(j + away(1), k + away(2), n) + away(0);
+          };
+          const Real *moved = a.row(j, k, c), *q = at(c, 0, 0);
+          const Real *next = at(c, 0, 1), *last = at(c, 0, -1);
+          const Real *through = at(d, 0, 0), *through_next = at(d, 1, 0);
+          const Real *back = at(d, 0, -1), *back_next = at(d, 1, -1);
+          const bool halves = c == 1 && d != 1;
+          const double here = halves ? grid.thickness(global) / grid.gap(global) : 1.0;
+          const double ahead = halves ? grid.thickness(global + 1) / grid.gap(global) : 1.0;
+          const double height = d == 1 ? 1.0 : c == 1 ? grid.gap(global) : grid.thickness(global);
+          sum -= 0.25 * height * row_total(velocity.nx(), [&](int i) {
+                   return double(moved[i]) *
+                          ((here * double(through[i]) + ahead * double(through_next[i])) *
+                               (double(q[i]) + double(next[i])) -
+                           (here * double(back[i]) + ahead * double(back_next[i])) *
+                               (double(last[i]) + double(q[i])));
+                 });
+        }
   }
-  return grid.cell_volume() / grid.h * all_ranks(sum, MPI_SUM, decomposition.comm());
+  return grid.cell_volume() * all_ranks(sum, MPI_SUM, decomposition.comm());
 }
 
 template <class Real>
@@ -218,9 +252,12 @@ std::array<double, 2> mean_wall_stress(const Field<Real>& velocity, const Grid& 
 
 #define BEDLOAD_INSTANTIATE(Real)                                                                 \
   template double kinetic_energy_integral(const Field<Real>&, const Grid&, const Decomposition&); \
-  template double viscous_loss_integral(const Field<Real>&, const Grid&, const Decomposition&);   \
-  template double pressure_power_integral(const Field<Real>&, const Field<Real>&, const Grid&,    \
-                                          const Decomposition&);                                  \
+  template double product_integral(const Field<Real>&, const Field<Real>&, const Grid&,           \
+                                   const Decomposition&);                                         \
+  template double viscous_power_integral(const Field<Real>&, const Field<Real>&, const Grid&,     \
+                                         const Decomposition&);                                   \
+  template double convective_power_integral(const Field<Real>&, const Field<Real>&, const Grid&,  \
+                                            const Decomposition&);                                \
   template double largest_divergence(const Field<Real>&, const Grid&, const Decomposition&);      \
   template double streamwise_sum(const Field<Real>&, const Grid&, const Decomposition&);          \
   template double largest_local_speed(const Field<Real>&, const Grid&, const Decomposition&);     \

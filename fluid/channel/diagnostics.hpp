@@ -17,18 +17,24 @@ template <class Real>
 double kinetic_energy_integral(const Field<Real>& velocity, const Grid& grid,
                                const Decomposition& decomposition);
 
-/// -sum over all cells of u . L u times their volume and h^2, L the discrete Laplacian: times
-/// nu/h^2 what viscosity takes from the kinetic energy (and resting walls with it); moving walls
-/// give.
+/// Sum over all cells of a . b times their volume, likewise; of own cells alone [L^5/T^2].
 template <class Real>
-double viscous_loss_integral(const Field<Real>& velocity, const Grid& grid,
-                             const Decomposition& decomposition);
+double product_integral(const Field<Real>& a, const Field<Real>& b, const Grid& grid,
+                        const Decomposition& decomposition);
 
-/// Sum over all faces of u . grad p times their volume, walls' faces being at rest [L^5/T^3]; p may
-/// be the kinematic pressure with the ghosts above, in front and to the right.
+/// Sum over all cells of a . L u times their volume and h^2, L the discrete Laplacian: times nu/h^2
+/// the work of u's viscous force on a motion a, own cells of which are used. With a = u minus what
+/// viscosity takes from the kinetic energy (and resting walls with it); moving walls give.
 template <class Real>
-double pressure_power_integral(const Field<Real>& velocity, const Field<Real>& pressure,
-                               const Grid& grid, const Decomposition& decomposition);
+double viscous_power_integral(const Field<Real>& a, const Field<Real>& u, const Grid& grid,
+                              const Decomposition& decomposition);
+
+/// Sum over all cells of a . N(u) times their volume and h, N = -div(uu) the discrete convection
+/// (momentum.hpp) of a field free of divergence: the work of u's convection on a motion a, own
+/// cells of which are used; zero with a = u.
+template <class Real>
+double convective_power_integral(const Field<Real>& a, const Field<Real>& u, const Grid& grid,
+                                 const Decomposition& decomposition);
 
 /// Largest |div u| of all cells [1/T].
 template <class Real>

@@ -12,7 +12,7 @@ namespace bedload {
 
 template <class Real>
 void Channel<Real>::predict(int stage, bool all_planes) {
-  all_planes = all_planes || diffusion_.on() || fringe_.on() || settings_.output.energy_work;
+  all_planes = all_planes || diffusion_.on() || fringe_.on();
   if (boundary_) boundary_->start_stage(velocity_);
   old_pressure_planes_ = old_pressure_planes(all_planes);
   begin_stage(stage);

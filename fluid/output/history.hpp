@@ -19,8 +19,8 @@ struct HistoryRow {
   double kinetic_energy = 0.0;     ///< per volume of the box [M/(L T^2)]
   double dissipation = 0.0;        ///< what viscosity takes from it [M/(L T^3)]
   double forcing_work = 0.0;       ///< of the markers on the flow, last step [M/(L T^3)]
-  double projection_work = 0.0;    ///< of projection and driving, last step [M/(L T^3)]
-  double old_pressure_work = 0.0;  ///< of the old pressure in the predictor, likewise
+  double viscous_work = 0.0;       ///< of viscosity, as the stages took it (energy_account.hpp)
+  double convective_work = 0.0;    ///< of convection, likewise: an error of the time scheme
   double u_tau_driving = 0.0;      ///< sqrt(driving times depth / density) [L/T]
   double wall_stress_lower = 0.0;  ///< mean of the lower y wall along x [M/(L T^2)]
   double wall_stress_upper = 0.0;
@@ -51,8 +51,8 @@ inline constexpr std::tuple history_columns{
     HistoryColumn<double>{"kinetic_energy", &HistoryRow::kinetic_energy},
     HistoryColumn<double>{"dissipation", &HistoryRow::dissipation},
     HistoryColumn<double>{"forcing_work", &HistoryRow::forcing_work},
-    HistoryColumn<double>{"projection_work", &HistoryRow::projection_work},
-    HistoryColumn<double>{"old_pressure_work", &HistoryRow::old_pressure_work},
+    HistoryColumn<double>{"viscous_work", &HistoryRow::viscous_work},
+    HistoryColumn<double>{"convective_work", &HistoryRow::convective_work},
     HistoryColumn<double>{"u_tau_driving", &HistoryRow::u_tau_driving},
     HistoryColumn<double>{"wall_stress_lower", &HistoryRow::wall_stress_lower},
     HistoryColumn<double>{"wall_stress_upper", &HistoryRow::wall_stress_upper},

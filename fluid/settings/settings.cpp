@@ -196,9 +196,11 @@ void declare_keys(Settings& s, Visitor& key) {
              "Time between samples of the fluid's force on each fixed sphere; 0: only the end.");
   key.integer("output.history_every", s.output.history_every, "-", Range{1, 1 << 30},
               "Steps between rows of history.csv.");
-  key.word("output.energy_work", s.output.energy_work, on_off_words,
-           "Whether history.csv tells what forcing at the markers, projection and the old pressure "
-           "do on the flow, in runs with spheres; costs twelve sums over the box in a step.");
+  key.word(
+      "output.energy_work", s.output.energy_work, on_off_words,
+      "Whether history.csv tells what forcing at the markers, viscosity and convection give to "
+      "the flow's energy (columns forcing_work, viscous_work, convective_work); costs sixteen "
+      "sums over the box in a step and the memory of three velocity fields.");
   key.integer("statistics.every", s.statistics.every, "-", Range{0, 1 << 30},
               "Steps between samples of the flow statistics; 0: none are taken.");
   key.number("statistics.from", s.statistics.from, "T", not_negative, Need::optional,

@@ -22,7 +22,7 @@ def series(tmp_path_factory):
 
 
 def open_ones(series):
-    return [b.what for b in budgets.account(series, budgets.REST_ALLOWED) if not b.closed]
+    return [b.what for b in budgets.account(series) if not b.closed]
 
 
 def test_all_closed(series):
@@ -31,17 +31,17 @@ def test_all_closed(series):
 
 
 @pytest.mark.parametrize("factor", [0.0, 2.0, -1.0])
-@pytest.mark.parametrize("term", ["driving", "dissipation", "forcing_work", "projection_work", "old_pressure_work"])
+@pytest.mark.parametrize("term", ["driving", "viscous_work", "forcing_work", "convective_work"])
 def test_a_wrong_term_of_the_flows_energy_shows(series, term, factor):
     wrong = replace(series, history=series.history | {term: factor * series.history[term]})
-    assert any(what.startswith("energy") for what in open_ones(wrong))
+    assert any(what.startswith("energy: driving") for what in open_ones(wrong))
 
 
 def test_a_rest_that_grows_shows_in_its_part_of_the_run(series):
-    before = budgets.rest_over_time(series)
+    before = budgets.share_over_time(series, "rest")
     driving = series.history["driving"].copy()
     driving[-STEPS // 10 :] *= 2.0
-    grown = budgets.rest_over_time(replace(series, history=series.history | {"driving": driving}))
+    grown = budgets.share_over_time(replace(series, history=series.history | {"driving": driving}), "rest")
     assert grown[:-1] == before[:-1]
     assert grown[-1] > before[-1] + 0.3  # half of the driving is not found again
 

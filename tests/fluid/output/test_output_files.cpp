@@ -362,7 +362,7 @@ TEST(OutputHistory, HasOneRowPerCallAndIsCutBackOnRestart) {
   std::filesystem::create_directories(folder);
   EXPECT_EQ(history_header(),
             "step,time,dt,cfl,bulk_velocity,driving,kinetic_energy,dissipation,"
-            "forcing_work,projection_work,old_pressure_work,u_tau_driving,"
+            "forcing_work,viscous_work,convective_work,u_tau_driving,"
             "wall_stress_lower,wall_stress_upper,max_divergence,"
             "slip_max,slip_rms,forcing_loops,mobile_spheres,momentum_residual,"
             "fixed_force_x,fixed_force_y,fixed_force_z");
