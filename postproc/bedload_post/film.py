@@ -18,9 +18,9 @@ from .frames import Frames, frames
 from .outputs import MissingOutput, Run
 from .picture import (
     GRAIN_COLOURS,
+    add_colour_bar,
     camera_over,
     caption_actor,
-    colour_bar,
     colour_table,
     floor_actor,
     highest_speed,
@@ -102,8 +102,8 @@ def render(run: Run, file: Path, since: float, most: int = 250) -> int:
     renderer.AddActor(floor_actor(run.box))
     if len(bed):
         renderer.AddActor(sphere_actor(bed, bed_radii, facets=24))
-    renderer.AddActor2D(colour_bar(speeds, "grain speed / u_b", 0.60))
-    camera_over(renderer, shown, 0.5 * bed_top)
+    add_colour_bar(renderer, speeds, "grain speed / u_b", 0.60)
+    camera_over(renderer, shown, 0.5 * bed_top, SIZE[0] / SIZE[1])
     renderer.GetActiveCamera().Zoom(1.45 if bed_top == fixed_top else 1.0)  # a thick bed is as high as it is long
     soft_shadows(renderer, 0.75 * run.diameter)
     window = off_screen_window(renderer, SIZE)

@@ -155,10 +155,20 @@ def _style_text(style: vtk.vtkTextProperty, size: int) -> None:
     style.ShadowOff()
 
 
-def colour_bar(table: vtk.vtkLookupTable, title: str, left: float) -> vtk.vtkScalarBarActor:
+def text_actor(text: str, left: float, lower: float, size: int) -> vtk.vtkTextActor:
+    """Text that begins at a place given in shares of the picture's width and height."""
+    actor = vtk.vtkTextActor()
+    actor.SetInput(text)
+    _style_text(actor.GetTextProperty(), size)
+    actor.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
+    actor.SetPosition(left, lower)
+    return actor
+
+
+def add_colour_bar(renderer: vtk.vtkRenderer, table: vtk.vtkLookupTable, title: str, left: float) -> None:
+    """A bar with its numbers, and its title above them: a title of the bar's own would touch the numbers."""
     bar = vtk.vtkScalarBarActor()
     bar.SetLookupTable(table)
-    bar.SetTitle(title)
     bar.SetOrientationToHorizontal()
     bar.SetNumberOfLabels(5)
     bar.SetLabelFormat("%.2g")
@@ -166,21 +176,15 @@ def colour_bar(table: vtk.vtkLookupTable, title: str, left: float) -> vtk.vtkSca
     bar.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
     bar.SetPosition(left, 0.015)
     bar.SetWidth(0.32)
-    bar.SetHeight(0.1)
-    bar.SetVerticalTitleSeparation(10)
-    bar.SetBarRatio(0.3)
-    _style_text(bar.GetTitleTextProperty(), 24)
+    bar.SetHeight(0.07)
+    bar.SetBarRatio(0.43)
     _style_text(bar.GetLabelTextProperty(), 20)
-    return bar
+    renderer.AddActor2D(bar)
+    renderer.AddActor2D(text_actor(title, left, 0.085, 24))
 
 
 def caption_actor(text: str) -> vtk.vtkTextActor:
-    actor = vtk.vtkTextActor()
-    actor.SetInput(text)
-    _style_text(actor.GetTextProperty(), 28)
-    actor.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
-    actor.SetPosition(0.03, 0.945)
-    return actor
+    return text_actor(text, 0.03, 0.945, 28)
 
 
 def bring_into_view(
@@ -243,8 +247,13 @@ def soft_shadows(renderer: vtk.vtkRenderer, reach: float) -> None:
     renderer.SSAOBlurOn()
 
 
-def camera_over(renderer: vtk.vtkRenderer, box: np.ndarray, focus_y: float) -> None:
-    """Looks down the flow from the side and above, the whole box in view."""
+# Of the picture's height from its middle, in halves: what lies above is the caption's, below the colour bars'.
+HIGHEST, LOWEST, RISE = 0.87, -0.76, 0.13
+
+
+def camera_over(renderer: vtk.vtkRenderer, box: np.ndarray, focus_y: float, aspect: float) -> None:
+    """Looks down the flow from the side and above, the whole box in view, clear of caption and colour bars, in a
+    picture `aspect` times as wide as high."""
     camera = vtk.vtkCamera()
     focus = np.array([0.5 * box[0], focus_y, 0.5 * box[2]])
     towards = np.array([-0.42, 0.50, 1.0])
@@ -254,8 +263,12 @@ def camera_over(renderer: vtk.vtkRenderer, box: np.ndarray, focus_y: float) -> N
     camera.SetViewAngle(22)
     renderer.SetActiveCamera(camera)
     renderer.ResetCamera(0, box[0], 0, box[1], 0, box[2])
-    camera.Zoom(1.24)
-    camera.SetWindowCenter(0.0, -0.13)  # leaves the lower edge to the colour bars
+    view = camera.GetCompositeProjectionTransformMatrix(aspect, -1, 1)
+    corners = [view.MultiplyPoint((*(box * corner), 1.0)) for corner in np.ndindex(2, 2, 2)]
+    across = max(abs(x / w) for x, _, _, w in corners)
+    above, below = max(y / w for _, y, _, w in corners), max(-y / w for _, y, _, w in corners)
+    camera.Zoom(min(0.97 / across, (HIGHEST - RISE) / above, (RISE - LOWEST) / below))
+    camera.SetWindowCenter(0.0, -RISE)  # leaves the lower edge to the colour bars
     renderer.ResetCameraClippingRange()
 
 
@@ -298,11 +311,11 @@ def render(run: Run, file: Path) -> None:
         speed = np.linalg.norm(mobile.velocity, axis=1) / scale
         speeds = colour_table(GRAIN_COLOURS, 0.0, max(highest_speed(run) / scale, 1e-3))
         renderer.AddActor(sphere_actor(grains, mobile.radius, speed, speeds))
-        renderer.AddActor2D(colour_bar(speeds, "grain speed / u_b", 0.60))
-    renderer.AddActor2D(colour_bar(flow, "streamwise velocity u / u_b", 0.08))
+        add_colour_bar(renderer, speeds, "grain speed / u_b", 0.60)
+    add_colour_bar(renderer, flow, "streamwise velocity u / u_b", 0.08)
     renderer.AddActor(frame_actor(box))
     renderer.AddActor2D(caption_actor(caption))
-    camera_over(renderer, box, 0.5 * (bed_top + box[1]))
+    camera_over(renderer, box, 0.5 * (bed_top + box[1]), SIZE[0] / SIZE[1])
 
     if len(bed):
         soft_shadows(renderer, 1.5 * float(bed_radii.max()))
