@@ -36,7 +36,7 @@ ROUNDING = 2.0**-24  # of single precision
 REST_ALLOWED, CONVECTION_ALLOWED = 1e-4, 0.01  # of the driving's power
 
 
-def scene(steps: int, shorter: float = 1.0) -> SmallScene:
+def scene(steps: int, shorter: int = 1) -> SmallScene:
     """`steps` time steps, each `shorter` times as short as usual."""
     bed = [Ball((0.5 + i, 0.5, 0.5 + k), mobile=False) for i in range(EDGE) for k in range(EDGE)]
     height = 0.5 + math.sqrt(0.5) + 0.01
@@ -253,23 +253,31 @@ def draw(s: Series, file: Path) -> None:
     plt.close(figure)
 
 
-def write_report(folder: Path, name: str, series: Series) -> bool:
-    """budgets.csv, .png and .html; whether every budget is closed."""
-    budgets = account(series)
-    rows = [{"run": name, "closed": int(b.closed)} | asdict(b) for b in budgets]
-    rows += [
-        {"run": name, "closed": "", "what": f"share of the driving's power: {part}",
-         "number": value, "limit": "", "reason": ""} for part, value in energy_shares(series).items()
-    ]  # fmt: skip
+def rows_of(name: str, series: Series) -> list[dict[str, object]]:
+    """What the table says of one run."""
+    rows: list[dict[str, object]] = [
+        {"run": name, "closed": int(b.closed)} | asdict(b) for b in account(series)
+    ]
+
+    def add(what: str, number: float) -> None:
+        rows.append({"run": name, "closed": "", "what": what, "number": number, "limit": "", "reason": ""})
+
+    for part, value in energy_shares(series).items():
+        add(f"share of the driving's power: {part}", value)
     for share in ("convection", "rest"):
         tenths = share_over_time(series, share)
-        rows += [
-            {"run": name, "closed": "", "what": f"{share} in a tenth of the run: {which}", "number": value,
-             "limit": "", "reason": ""} for which, value in (("lowest", min(tenths)), ("highest", max(tenths)),
-                                                             ("first", tenths[0]), ("last", tenths[-1]))
-        ]  # fmt: skip
-    draw(series, folder / "budgets.png")
-    body = ["<h1>Budgets of a small bed</h1>", image(folder / "budgets.png", name)]
+        for which, value in (("lowest", min(tenths)), ("highest", max(tenths)),
+                             ("first", tenths[0]), ("last", tenths[-1])):  # fmt: skip
+            add(f"{share} in a tenth of the run: {which}", value)
+    return rows
+
+
+def write_report(folder: Path, runs: dict[str, Series]) -> bool:
+    """budgets.csv, .png and .html of runs by name, the picture of the first; whether every budget is closed."""
+    rows = [row for name, series in runs.items() for row in rows_of(name, series)]
+    first = next(iter(runs))
+    draw(runs[first], folder / "budgets.png")
+    body = ["<h1>Budgets of a small bed</h1>", image(folder / "budgets.png", first)]
     columns = ("run", "what", "number", "limit", "closed", "reason")
     text = ([str(r["run"]), str(r["what"]), f"{r['number']:.3g}", f"{r['limit']:.3g}" if r["limit"] != "" else "",
              {"1": "yes", "0": "NO"}.get(str(r["closed"]), ""), str(r["reason"])] for r in rows)  # fmt: skip
@@ -280,13 +288,16 @@ def write_report(folder: Path, name: str, series: Series) -> bool:
         writer.writeheader()
         writer.writerows(rows)
     for r in rows:
-        print(f"{r['run']:16} {r['what']:72} {r['number']:10.3g} {r['limit']!s:>10} {r['closed']}")
-    return all(b.closed for b in budgets)
+        print(f"{r['run']:20} {r['what']:72} {r['number']:10.3g} {r['limit']!s:>10} {r['closed']}")
+    return all(r["closed"] != 0 for r in rows)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--steps", type=int, default=100_000, help="of the run (default: 100000)")
-    parser.add_argument("--shorter", type=float, default=1.0, metavar="N", help="steps N times as short (default: 1)")
+    parser.add_argument(
+        "--shorter", type=int, nargs="+", default=[], metavar="N",
+        help="besides, the same time in N times as many steps",
+    )  # fmt: skip
     parser.add_argument(
         "--piece", type=float, default=0.0, metavar="SECONDS",
         help="end after so long with a checkpoint; the same command goes on",
@@ -298,15 +309,18 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     if options.steps < 100:
         raise UserError(f"--steps is {options.steps}, but must be at least 100.")
+    if any(shorter < 2 for shorter in options.shorter):
+        raise UserError(f"--shorter is {min(options.shorter)}, but must be at least 2.")
     report = options.report or options.runs / "report"
     report.mkdir(parents=True, exist_ok=True)
-    if not options.shorter > 0.0:
-        raise UserError(f"--shorter is {options.shorter:g}, but must be above 0.")
-    name = f"{options.steps} steps" + (f" of 1:{options.shorter:g}" if options.shorter != 1.0 else "")
-    print(f"bedload: {name}", file=sys.stderr, flush=True)
-    small = scene(options.steps, options.shorter)
-    out = run_scene(small, options.runs.resolve() / name.replace(" ", "_").replace(":", "_"), options.piece)
-    if out is None:
-        print("bedload: not over yet; the same command goes on", file=sys.stderr)
-        return INTERRUPTED
-    return 0 if write_report(report, name, read_series(out)) else 1
+    runs = {}
+    for shorter in [1, *options.shorter]:
+        name = f"{shorter * options.steps} steps" + (f" of 1/{shorter}" if shorter > 1 else "")
+        print(f"bedload: {name}", file=sys.stderr, flush=True)
+        folder = options.runs.resolve() / name.replace(" ", "_").replace("/", "_")
+        out = run_scene(scene(shorter * options.steps, shorter), folder, options.piece)
+        if out is None:
+            print("bedload: not over yet; the same command goes on", file=sys.stderr)
+            return INTERRUPTED
+        runs[name] = read_series(out)
+    return 0 if write_report(report, runs) else 1
