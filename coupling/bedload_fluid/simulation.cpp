@@ -216,14 +216,21 @@ std::vector<SphereState> Simulation<Real>::here(bool mobile) const {
 template <class Real>
 SphereExtremes Simulation<Real>::extremes() const {
   const SphereExtremes mine = extremes_of(channel_.settings(), mobile_here());
-  std::array<double, 3> least{mine.lightest, -mine.heaviest, mine.thinnest_layer};
-  MPI_Allreduce(MPI_IN_PLACE, least.data(), 3, MPI_DOUBLE, MPI_MIN, channel_.comm());
+  std::array<double, 7> least{mine.lightest, -mine.heaviest,      mine.thinnest_layer,
+                              -mine.fastest, -mine.fastest_light, mine.lightest_ratio,
+                              -mine.widest};
+  MPI_Allreduce(MPI_IN_PLACE, least.data(), static_cast<int>(least.size()), MPI_DOUBLE, MPI_MIN,
+                channel_.comm());
   double reynolds = mine.thinnest_layer == least[2] ? mine.reynolds : 0.0;
   MPI_Allreduce(MPI_IN_PLACE, &reynolds, 1, MPI_DOUBLE, MPI_MAX, channel_.comm());
   return {.lightest = least[0],
           .heaviest = -least[1],
           .thinnest_layer = least[2],
-          .reynolds = reynolds};
+          .reynolds = reynolds,
+          .fastest = -least[3],
+          .fastest_light = -least[4],
+          .lightest_ratio = least[5],
+          .widest = -least[6]};
 }
 
 template <class Real>

@@ -25,6 +25,39 @@ constexpr double masses_apart = 8.0, masses_far_apart = 64.0;
 /// validated: settling at Ga 144 is 0.3 % slow with 0.59 (`./bedload study validation choices`).
 constexpr double thinnest_layer = 0.5;
 
+/// Limits that the study of stability has found (density_ratio, impact_1_step, narrow; in brackets
+/// what still holds and what does not): a light sphere [0.3 holds up to 0.6 cells a step, not at
+/// 1.0; 0.5 holds], one DEM step to a time step [0.3 cells a step, 0.6], a sphere beside its own
+/// images [2.0 diameters at 0.1 cells a step; 1.5 at 0.3, not at 0.1].
+constexpr double light = 0.4, light_and_fast = 0.8;
+constexpr double fast_for_one_dem_step = 0.45;
+constexpr double narrow = 1.75, slow_beside_images = 0.2;
+
+void warn_of_speed(const Settings& s, const SphereExtremes& spheres,
+                   std::vector<std::string>& found) {
+  if (spheres.fastest_light > light_and_fast)
+    found.push_back(fmt::format(
+        "{}: a mobile sphere of {:.2g} times the fluid's density goes {:.2g} cells in a step; from "
+        "about {} on it loses its speed 15 % off theory (./bedload study stability --case "
+        "density_ratio); reduce 'time.step'.",
+        s.file, spheres.lightest_ratio, spheres.fastest_light, light_and_fast));
+  if (s.coupling.dem_steps == 1 && spheres.fastest > fast_for_one_dem_step)
+    found.push_back(fmt::format(
+        "{}: a mobile sphere goes {:.2g} cells in a step, and with 'coupling.dem_steps' = 1 it "
+        "rebounds by some per cent of its speed where the film should stop it (./bedload study "
+        "stability --case impact_1_step); set it to 15 or reduce 'time.step'.",
+        s.file, spheres.fastest));
+  const std::array ends{s.boundary.x, s.boundary.y, s.boundary.z};
+  for (std::size_t d = 0; d < 3; ++d)
+    if (ends[d][0] == Wall::periodic && s.grid.length[d] < narrow * spheres.widest &&
+        spheres.fastest > 0.0 && spheres.fastest < slow_beside_images)
+      found.push_back(fmt::format(
+          "{}: the box is {:.3g} diameters of a mobile sphere wide along {}; beside its own images "
+          "and with steps as short as these its speed may rise by 1 % at times (./bedload study "
+          "stability --case narrow).",
+          s.file, s.grid.length[d] / spheres.widest, "xyz"[d]));
+}
+
 /// A contact of actm is as stiff as its own two spheres ask for, and hardens under what leans on
 /// them as far as the DEM step resolves.
 void warn_of_unequal_masses(const Settings& s, const SphereExtremes& spheres,
@@ -78,6 +111,14 @@ SphereExtremes extremes_of(const Settings& s, std::span<const SphereState> spher
   const SphereState* before = nullptr;  // grains of one kind come one after the other
   for (const SphereState& sphere : spheres) {
     if (!sphere.mobile || sphere.density == 0.0) continue;
+    const double ratio = sphere.density / s.fluid.density;
+    const double cells_a_step = sphere.velocity.norm() * s.time.step / h;
+    found.fastest = std::max(found.fastest, cells_a_step);
+    if (ratio < light) {
+      found.fastest_light = std::max(found.fastest_light, cells_a_step);
+      found.lightest_ratio = std::min(found.lightest_ratio, ratio);
+    }
+    found.widest = std::max(found.widest, 2.0 * sphere.radius);
     if (before != nullptr && sphere.radius == before->radius && sphere.density == before->density)
       continue;
     before = &sphere;
@@ -142,6 +183,7 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
 std::vector<std::string> warnings(const Settings& s, const SphereExtremes& spheres) {
   std::vector<std::string> found;
   warn_of_unequal_masses(s, spheres, found);
+  warn_of_speed(s, spheres, found);
   if (const auto sentence = thin_layer(spheres)) found.push_back(s.file + ": " + *sentence);
   return found;
 }
