@@ -53,11 +53,38 @@ def test_power_law_and_its_interval():
     assert half == pytest.approx(12.706 * np.sqrt(np.sum(off**2) / 1 / 2.0), rel=1e-3)
 
 
-def test_stronger_flow_shears_the_bed_as_far_in_as_many_steps():
-    once, twice = erosion.stronger(1.0), erosion.stronger(2.0)
+def test_larger_stress_shears_the_bed_as_far_in_as_many_steps():
+    once, twice = erosion.deep(1.0, 1.0)[0], erosion.deep(2.0, 1.0)[0]
     for key in ("time.end", "time.step", "output.spheres_every", "statistics.from"):
         assert twice[key] == pytest.approx(once[key] / 2.0)
-    assert twice["flow.bulk_velocity"] == pytest.approx(2.0 * once["flow.bulk_velocity"])
+    assert twice["flow.bulk_velocity"] == pytest.approx(2.0 * once["flow.bulk_velocity"], rel=1e-4)
+
+
+def test_higher_channel_keeps_the_pull_of_the_pressure_gradient():
+    """Twice the stress in twice the height, so that the gradient 2 tau/h is the same: eight times the flux."""
+    once, twice = erosion.deep(1.0, 1.0)[0], erosion.deep(2.0, 2.0)[0]
+    flux = [run["flow.bulk_velocity"] * run["grid.length"][1] for run in (once, twice)]
+    assert flux[1] == pytest.approx(8.0 * flux[0], rel=1e-3)
+    assert twice["reference.velocity"] == pytest.approx(4.0 * once["reference.velocity"], rel=1e-3)
+    assert twice["grid.cells"][1] == round(6.0 * twice["grid.length"][1])
+    clear = [run["grid.length"][1] - erosion.DEEP for run in (once, twice)]
+    assert clear[1] == pytest.approx(2.0 * clear[0], abs=0.5)
+    assert erosion.deep(2.0, 2.0)[1]["length_y"] == twice["grid.length"][1]
+
+
+def test_shields_number_of_the_parabola():
+    """A clear height of 2 above a packing of 0.1: halfway between planes at 1.5 and 2.5 a sixth further up."""
+    run = SimpleNamespace(box=(1.0, 4.0, 1.0), diameter=0.5)
+    height, shields = erosion.shields_of_parabola(run, statistics())
+    assert height == pytest.approx((4.0 - 1.5 - 5.0 / 6.0) / 0.5)
+    assert shields == pytest.approx(6.0 * 3.2 / 2.0 / 0.397**2 / height**2)
+
+
+def test_flux_below_a_height():
+    s = statistics()
+    s.profiles["mobile"], s.profiles["grain_u"] = np.array([0.3, 0.6, 0.0, 0.0]), np.array([0.5, 0.5, 0.0, 0.0])
+    assert erosion.surface_of(s) == 1.5
+    assert erosion.flux_below(s, 1.0) == pytest.approx(1.0 / 3.0)
 
 
 def test_point_of_the_law_is_in_viscous_units_and_of_its_window():
