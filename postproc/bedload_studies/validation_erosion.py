@@ -144,7 +144,7 @@ def erosion_at(runner: Runner, reference: Reference) -> Result:
 
 DEEP = 13.0  # D: depth of bed_deep.data
 STRESSES = (1.0, 1.4, 2.0, 2.8)  # over that of Re_b = 0.301
-CLEAR = 0.1  # grains' share of the volume at which the clear fluid begins, as in Kidanemariam & Uhlmann 2014
+CLEAR = 0.1  # grains' share of the volume at which the clear fluid begins (Kidanemariam & Uhlmann 2014, from memory)
 WINDOW = (100.0, 140.6)  # times of the law's means; where the stress is larger, as many times sooner
 CUBE = "Kidanemariam & Uhlmann 2014"
 
