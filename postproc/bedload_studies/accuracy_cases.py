@@ -93,10 +93,14 @@ def overrides(settings: Mapping) -> list[str]:
     return [f"{key}={_toml(value)}" for key, value in keys_of(settings).items()]
 
 
-def contact_settings(settings: Mapping) -> dict[str, str]:
-    """The variable of that name of in.liggghts, where the case sets it."""
-    steps = settings.get("collision_steps")
-    return {"contact_settings": f"collisionSteps {steps}"} if steps is not None else {}
+def model_scales(settings: Mapping, step: float, cell: float) -> dict[str, object]:
+    """Variables of in.liggghts that give the collision model its scales absolutely, the defaults' of a run with this
+    `step` and `cell`: else another grid or step would be another model. A number of steps where the case sets one."""
+    if (steps := settings.get("collision_steps")) is not None:
+        return {"contact_settings": f"collisionSteps {steps}"}
+    if str(settings.get("model", "actm")).startswith("rpm"):
+        return {"repulsion_time": 5.0 * step, "repulsion_range": 2.0 * cell}
+    return {"collision_time": 10.0 * step}
 
 
 # --- The cases --------------------------------------------------------------------------------------
@@ -156,18 +160,20 @@ def settling(runner: PricedRunner, label: str, n: float, settings: dict) -> floa
 
 def rebound(runner: PricedRunner, label: str, n: float, settings: dict) -> float:
     """First peak after the rebound from a wall, St = 152 (Gondret et al.)."""
-    more = keys_of(settings)
-    variables = {"dem_steps": settings.get("coupling.dem_steps", 15), **contact_settings(settings)}
+    more, diameter, per_cells = keys_of(settings), 0.003, 1.5e-3  # SI
+    standard = CASES["rebound"].standard
+    scales = model_scales(settings, per_cells / standard, diameter / standard)
+    variables = {"dem_steps": settings.get("coupling.dem_steps", 15), **scales}
     for name, variable in (("film", "lubrication_settings"), ("model", "model")):
         if name in settings:
             variables[variable] = settings[name]
-    step = settings.get("step", 1.0) * 1.5e-3 / n
+    step = settings.get("step", 1.0) * per_cells / n
 
     def error(name: str, place: tuple[float, float, float]) -> float:
         peak = validation_moving._rebound(
             runner, name, int(n), place, width=5, step=step, variables=variables, **more
         )[2]
-        return peak / 0.003 / 2.489 - 1.0
+        return peak / diameter / 2.489 - 1.0
 
     return over_positions(runner, label, error)
 
@@ -209,6 +215,7 @@ def channel(runner: PricedRunner, label: str, n: float, settings: dict) -> float
 
 GRAINS_FROM, GRAINS_TO, GRAINS_REFERENCE = 40.0, 160.0, 10
 GRAINS_CELLS = 6
+GRAINS_COURANT = 0.25
 
 
 def grains_scene(cells: int, step: float, model: str) -> SmallScene:
@@ -225,7 +232,7 @@ def grains_scene(cells: int, step: float, model: str) -> SmallScene:
         "output.spheres_every": "0.2",
     }  # fmt: skip
     return SmallScene(
-        (5.0, 5.0, 4.0), cells, 0.005, step * 0.25 / cells, GRAINS_TO, balls, gravity=0.3,
+        (5.0, 5.0, 4.0), cells, 0.005, step * GRAINS_COURANT / cells, GRAINS_TO, balls, gravity=0.3,
         y_ends=("no_slip", "free_slip"), model=model, keys=keys,
     )  # fmt: skip
 
@@ -240,9 +247,9 @@ def grains(runner: PricedRunner, label: str, n: float, settings: dict) -> float:
         use = Scene(folder)
         if more.get("film") == "none":
             use = without_lubrication(use, model, folder)
-        work = job.Job(
-            use, model, job.Ranks(1, 1), folder / "out", overrides(more), variables=contact_settings(more)
-        )
+        scales = model_scales({"model": model} | more, GRAINS_COURANT / GRAINS_CELLS, 1.0 / GRAINS_CELLS)
+        variables = {key: str(value) for key, value in scales.items()}
+        work = job.Job(use, model, job.Ranks(1, 1), folder / "out", overrides(more), variables=variables)
         return grain_series(runner.run_job(work))["grain velocity"].mean(GRAINS_FROM)
 
     model = settings.get("model", "actm_hw")

@@ -138,3 +138,23 @@ def test_options_of_the_other_kind_are_refused(line, told):
     accuracy.add_options(parser)
     with pytest.raises(UserError, match=told):
         accuracy.run(parser.parse_args(line))
+
+
+def test_a_case_keeps_the_scales_of_its_collision_model_on_every_grid():
+    """Lengths and times, those of the standard grid's defaults; steps only where the case asks for them."""
+    assert accuracy_cases.model_scales({}, 0.1, 0.2) == {"collision_time": pytest.approx(1.0)}
+    rpm = accuracy_cases.model_scales({"model": "rpm_hw"}, 0.1, 0.2)
+    assert rpm == {"repulsion_time": pytest.approx(0.5), "repulsion_range": pytest.approx(0.4)}
+    assert accuracy_cases.model_scales({"collision_steps": 5}, 0.1, 0.2) == {"contact_settings": "collisionSteps 5"}
+    given = []
+
+    def runs(*_, variables, **__):
+        given.append(variables["collision_time"])
+        return 0.0, 0.0, 0.003 * 2.489, None
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(accuracy_cases.validation_moving, "_rebound", runs)
+        patch.setattr(accuracy_cases, "over_positions", lambda _, label, error: error(label, (0.0, 0.0, 0.0)))
+        for n, settings in ((8, {}), (14, {}), (10, {"step": 0.5})):
+            assert accuracy_cases.rebound(None, "trial", n, settings) == pytest.approx(0.0)
+    assert given == [pytest.approx(1.5e-3)] * 3
