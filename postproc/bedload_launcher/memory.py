@@ -1,5 +1,6 @@
 """Peak memory of the programs that run under a process."""
 
+import os
 import threading
 from pathlib import Path
 
@@ -68,11 +69,17 @@ def _descendants(parent: int) -> list[int]:
     found, todo = [], [parent]
     while todo:
         children: list[int] = []
-        for tasks in Path(f"/proc/{todo.pop()}/task").glob("*/children"):
+        process = todo.pop()
+        try:
+            threads = os.listdir(f"/proc/{process}/task")
+        except OSError:  # it has ended since its parent named it
+            continue
+        for thread in threads:
             try:
-                children += map(int, tasks.read_text(encoding="ascii").split())
+                text = Path(f"/proc/{process}/task/{thread}/children").read_text(encoding="ascii")
             except OSError:
                 continue
+            children += map(int, text.split())
         found += children
         todo += children
     return found

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
-from bedload_launcher import cli, folders, job, machine, presets, runs, scenes, studies
+from bedload_launcher import cli, folders, job, machine, memory, presets, runs, scenes, studies
 from bedload_launcher.errors import UserError
 from bedload_launcher.words import plain
 
@@ -73,6 +73,21 @@ def test_ranks():
     assert job.Ranks.parse("4:2") == job.Ranks(4, 2)
     assert job.Ranks.parse("3") == job.Ranks(3, 1)
     assert job.Ranks.parse(None) == job.Ranks(machine.cores(), 1)
+
+
+def test_the_watch_over_memory_outlives_a_process_that_ends_meanwhile(monkeypatch):
+    with subprocess.Popen(["sleep", "10"]) as child:
+        assert child.pid in memory._descendants(os.getpid())
+        listed = os.listdir
+
+        def gone(folder):
+            if folder == f"/proc/{child.pid}/task":
+                raise FileNotFoundError(folder)
+            return listed(folder)
+
+        monkeypatch.setattr(memory.os, "listdir", gone)
+        assert child.pid in memory._descendants(os.getpid())
+        child.kill()
 
 
 def test_compilers_fit_the_memory(monkeypatch):
