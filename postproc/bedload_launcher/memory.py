@@ -2,6 +2,7 @@
 
 import os
 import threading
+from collections import Counter
 from pathlib import Path
 
 POLL = 0.02  # s between looks
@@ -18,7 +19,7 @@ class MemoryWatch:
 
     def __init__(self, parent: int) -> None:
         self._parent = parent
-        self._peaks: dict[int, tuple[str, int]] = {}
+        self._peaks: dict[str, int] = {}
         self.proportional_bytes = 0
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._watch, daemon=True)
@@ -32,22 +33,25 @@ class MemoryWatch:
         self._thread.join()
 
     def bytes_of(self, program: str = "bedload-") -> int:
-        """Summed over all processes whose name begins so (the kernel keeps 15 letters of a name)."""
-        return sum(peak for name, peak in self._peaks.values() if name.startswith(program[:15]))
+        """Summed over all processes whose name begins so (the kernel keeps 15 letters of a name) and which ran at one
+        time: runs that follow each other do not add up."""
+        return sum(peak for name, peak in self._peaks.items() if name.startswith(program[:15]))
 
     def _watch(self) -> None:
         look = 0
         while not self._over.wait(POLL):
-            share_too, shares = look % LOOKS_PER_SHARE == 0, 0
+            share_too, shares, at_once = look % LOOKS_PER_SHARE == 0, 0, Counter[str]()
             look += 1
             for process in _descendants(self._parent):
                 status = _table(process, "status")
                 if "VmHWM" not in status:
                     continue
                 name = status["Name"].strip()
-                self._peaks[process] = (name, _bytes(status["VmHWM"]))
+                at_once[name] += _bytes(status["VmHWM"])
                 if share_too and name.startswith("bedload-"):
                     shares += _bytes(_table(process, "smaps_rollup").get("Pss", "0 kB"))
+            for name, peak in at_once.items():
+                self._peaks[name] = max(self._peaks.get(name, 0), peak)
             self.proportional_bytes = max(self.proportional_bytes, shares)
 
 

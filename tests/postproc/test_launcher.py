@@ -90,6 +90,20 @@ def test_the_watch_over_memory_outlives_a_process_that_ends_meanwhile(monkeypatc
         child.kill()
 
 
+def test_memory_of_runs_that_follow_each_other_does_not_add_up():
+    def peak(runs, side_by_side):
+        hold = [sys.executable, "-c", "import time; kept = b'x' * 30_000_000; time.sleep(0.5)"]
+        with memory.MemoryWatch(os.getpid()) as watch:
+            for _ in range(runs):
+                for child in [subprocess.Popen(hold) for _ in range(side_by_side)]:
+                    child.wait()
+        return watch.bytes_of(Path(sys.executable).name)
+
+    one = peak(1, 1)
+    assert one > 30e6
+    assert peak(3, 1) < 1.5 * one < peak(1, 3)
+
+
 def test_compilers_fit_the_memory(monkeypatch):
     monkeypatch.setattr(machine, "processors", lambda: 64)
     monkeypatch.setattr(machine, "available_memory", lambda: 7 * machine.GIGABYTE)
