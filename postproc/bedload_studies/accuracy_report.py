@@ -8,6 +8,7 @@ from bedload_post.report import image, page, table
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (the backend comes first)
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: E402
 
 PRESET_COLOUR, BEST, OTHER = "#c8553d", "#2a6f97", "#9aa5b1"
 
@@ -26,6 +27,11 @@ def draw_case(case: str, points, best: set[str], file: Path) -> None:
     errors.set_yticks(range(len(rows)), [p.label for p in rows])
     errors.set(xscale="log", xlabel="|error| / %")
     prices.set(xscale="log", xlabel="price / core-seconds")
+    for axis in (errors.xaxis, prices.xaxis):  # so many labels that none meets another
+        low, high = axis.get_view_interval()
+        axis.set_major_locator(LogLocator(subs=(1.0,) if high > 30.0 * low else (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
     for axis in (errors, prices):
         axis.grid(alpha=0.25)
     figure.suptitle(case.replace("_", " "), fontsize=11)
