@@ -135,6 +135,16 @@ def knobs(settings: dict, declared: dict[str, str]) -> list[Knob]:
     return found
 
 
+def not_turned(turned: list[Knob]) -> str:
+    """A sentence on what the scene offers no number for; empty where it offers all."""
+    names = {knob.name for knob in turned}
+    wanted = [name for name in ("density", "gap") if name not in names]
+    missing = [f"{name} (the script has no 'variable {name} index ...')" for name in wanted]
+    if "LIGGGHTS' steps" not in names:
+        missing.insert(0, "LIGGGHTS' steps (already the fewest)")
+    return f"Not turned: {', '.join(missing)}." if missing else ""
+
+
 def run(options) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
@@ -152,7 +162,8 @@ def run(options) -> int:
     until = [f"time.end={end!r}"]
     base = once(until, {})
     limits = []
-    for knob in knobs(settings, declared):
+    turned = knobs(settings, declared)
+    for knob in turned:
 
         def fails_with(value: float, knob: Knob = knob) -> str:
             say(f"bedload: {knob.name} = {value:g}")
@@ -168,6 +179,8 @@ def run(options) -> int:
     for limit in limits:
         fails = f"{limit.fails:.4g}" if math.isfinite(limit.fails) else "-"
         print(f"{limit.knob:18}{limit.value:14.4g}{limit.holds:12.4g}{fails:>12}{limit.distance:9.2f}x  {limit.why}")
+    if declared and (words := not_turned(turned)):
+        print(words)
     return 0
 
 

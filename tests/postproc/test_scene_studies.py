@@ -241,3 +241,12 @@ def test_why_a_run_does_not_hold():
     swing = run(0.5)
     swing.answers["grain velocity"].values[-8:] = 0.02 * (-1.5) ** np.arange(8)
     assert "swing" in complaint(swing, base)
+
+
+def test_limits_that_a_scene_offers_no_number_for_are_named():
+    step, density = (Knob(name, 1.0, True) for name in ("step", "density"))
+    assert stability_scene.not_turned([step, density]) == (
+        "Not turned: LIGGGHTS' steps (already the fewest), gap (the script has no 'variable gap index ...')."
+    )
+    everything = [Knob(name, 1.0, False) for name in ("step", "LIGGGHTS' steps", "density", "gap")]
+    assert stability_scene.not_turned(everything) == ""
