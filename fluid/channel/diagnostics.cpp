@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fluid/channel/projection.hpp"
+#include "fluid/kernels/compensated_sum.hpp"
 
 namespace bedload {
 namespace {
@@ -143,13 +144,12 @@ double largest_divergence(const Field<Real>& velocity, const Grid& grid,
 template <class Real>
 double streamwise_sum(const Field<Real>& velocity, const Grid& grid,
                       const Decomposition& decomposition) {
-  double sum = 0.0;
-  for (int j = 0; j < velocity.planes(); ++j) {
-    double plane = 0.0;
-    for (int k = 0; k < velocity.nz(); ++k) plane += row_sum(velocity.nx(), velocity.row(j, k, 0));
-    sum += plane * grid.thickness(decomposition.first() + j);
-  }
-  return all_ranks(sum, MPI_SUM, decomposition.comm());
+  CompensatedSum sum;
+  for (int j = 0; j < velocity.planes(); ++j)
+    for (int k = 0; k < velocity.nz(); ++k)
+      sum += row_sum(velocity.nx(), velocity.row(j, k, 0)) *
+             grid.thickness(decomposition.first() + j);
+  return all_ranks(sum.value(), MPI_SUM, decomposition.comm());
 }
 
 template <class Real>

@@ -101,7 +101,8 @@ void PressureProjection<Real>::eliminate_planes(int first, int end, double step)
 /// place.
 template <class Real>
 void PressureProjection<Real>::correct(const Correction& correction) {
-  sum_ = fastest_ = 0.0;
+  sum_ = {};
+  fastest_ = 0.0;
   const int planes = decomposition_.planes();
   if (!decomposition_.at_upper_wall()) {  // which the highest plane's correction needs
     poisson_.substitute(planes, planes + 1);

@@ -9,6 +9,7 @@
 #include "fluid/grid/decomposition.hpp"
 #include "fluid/grid/field.hpp"
 #include "fluid/grid/grid.hpp"
+#include "fluid/kernels/compensated_sum.hpp"
 #include "fluid/kernels/tiles.hpp"
 #include "fluid/poisson/poisson.hpp"
 
@@ -49,7 +50,7 @@ class PressureProjection {
                      const WallGhosts<Real>& walls, Field<Real>& velocity, Field<Real>& pressure,
                      PhaseClock& clock, Tiles tiles, int planes_ahead);
 
-  void begin() { sum_ = 0.0; }
+  void begin() { sum_ = {}; }
   Outflow outflow(int j, int at, double step) const;
   void take_row(Outflow& flow, int k);
   void eliminate_planes(std::span<const Outflow> flows);
@@ -59,7 +60,7 @@ class PressureProjection {
 
   /// Of u* once all planes are eliminated, of u once they are corrected: sum over this rank's cells
   /// (streamwise_sum) and largest |u|+|v|+|w| [L/T].
-  double local_sum() const { return sum_; }
+  double local_sum() const { return sum_.value(); }
   double local_fastest() const { return fastest_; }
 
  private:
@@ -76,7 +77,8 @@ class PressureProjection {
   Tiles tiles_;
   PoissonSolver<Real> poisson_;
   std::vector<Real> zeros_;
-  double sum_ = 0.0, fastest_ = 0.0;
+  CompensatedSum sum_;  ///< so that the momentum's budget closes on any number of cells
+  double fastest_ = 0.0;
 };
 
 }  // namespace bedload
