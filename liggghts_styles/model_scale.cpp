@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <string>
 
+#include "comm.h"
 #include "lammps.h"
 
 namespace bedload {
@@ -35,6 +36,14 @@ void warn(LAMMPS_NS::LAMMPS* lmp, std::string_view style, std::string_view sente
   const std::string line = fmt::format("WARNING: {}: {}", style, sentence);
   print_line(lmp->screen, line);
   print_line(lmp->logfile, line);
+}
+
+void warn_of_own(LAMMPS_NS::LAMMPS* lmp, std::string_view style, std::string_view sentence) {
+  if (lmp->comm->me == 0) {
+    warn(lmp, style, sentence);
+  } else {
+    print_line(stderr, fmt::format("WARNING: {}: {}", style, sentence));
+  }
 }
 
 }  // namespace bedload

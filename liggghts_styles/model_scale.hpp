@@ -33,5 +33,7 @@ void tell_scale(LAMMPS_NS::LAMMPS* lmp, const ModelScale& scale, const FluidValu
 
 /// A line "WARNING: STYLE: SENTENCE" on screen and log.
 void warn(LAMMPS_NS::LAMMPS* lmp, std::string_view style, std::string_view sentence);
+/// The same of what only this rank knows; a rank without a screen writes to stderr.
+void warn_of_own(LAMMPS_NS::LAMMPS* lmp, std::string_view style, std::string_view sentence);
 
 }  // namespace bedload

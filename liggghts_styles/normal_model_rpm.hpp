@@ -76,7 +76,7 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
     settle_duration();
     largest_radius_ = registry.max_radius();
     bedload::reach_out(lmp, "normal model rpm", range_);
-    ready_ = false;
+    phase_ = Phase::unknown;
   }
 
   double stressStrainExponent() override { return 2.0; }
@@ -105,12 +105,7 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
  private:
   double repel(const SurfacesCloseData& s, double gap, const double* en, ForceData& i_forces,
                ForceData& j_forces) {
-    if (!ready_) make_ready();
-    if (update->ntimestep == 0) {
-      note_start(s, gap);
-    } else if (thrown_.speed > 0) {
-      warn_of_start();
-    }
+    if (phase_ != Phase::running) begin(s, gap);
     const double force = bedload::contact::rpm_force(gap, range_, strength_, mass(s) * gravity_);
     for (int d = 0; d < 3; ++d) {
       i_forces.delta_F[d] += force * en[d];
@@ -128,10 +123,25 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
     return (wi > 0 && wj > 0 ? 2.0 : 1.0) / (wi + wj);
   }
 
+  /// The first forces: settles what is not known before, and in the first step of all notes who
+  /// starts where the repulsion acts.
+  void begin(const SurfacesCloseData& s, double gap) {
+    if (phase_ == Phase::unknown) {
+      settle_strength();
+      phase_ = Phase::starting;
+    }
+    if (update->ntimestep == 0) {
+      note_start(s, gap);
+    } else {
+      if (thrown_.speed > 0) warn_of_start();
+      phase_ = Phase::running;
+    }
+  }
+
   /// Gravity is known only after the fixes have been initialised, thus at the first force.
   /// Default strength: two equal spheres that meet at sqrt(g D) part after collisionSteps fluid
   /// steps.
-  void make_ready() {
+  void settle_strength() {
     gravity_ = bedload::find_gravity(lmp);
     strength_ = strength_setting_;
     if (strength_ == 0 && gravity_ > 0) {
@@ -139,7 +149,6 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
           bedload::contact::rpm_strength(std::sqrt(2 * gravity_ * largest_radius_),
                                          duration_.value(fluid_step_), range_, gravity_, 0.5);
     }
-    ready_ = true;
   }
 
   static constexpr const char* style = "normal model rpm";
@@ -158,7 +167,7 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
   }
 
   void warn_of_start() {
-    bedload::warn(
+    bedload::warn_of_own(
         lmp, style,
         fmt::format("sphere {} stands {:.3g} inside the range of the repulsion ({:.3g}) at the "
                     "start and is thrown off at {:.3g} or more; start it farther off",
@@ -198,7 +207,7 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
     int tag;
   };
   Thrown thrown_{};  ///< the fastest one that starts where the repulsion acts
-  bool ready_ = false;
+  enum class Phase { unknown, starting, running } phase_ = Phase::unknown;
 };
 
 }  // namespace LIGGGHTS::ContactModels

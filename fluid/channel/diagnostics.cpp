@@ -147,8 +147,8 @@ double streamwise_sum(const Field<Real>& velocity, const Grid& grid,
   CompensatedSum sum;
   for (int j = 0; j < velocity.planes(); ++j)
     for (int k = 0; k < velocity.nz(); ++k)
-      sum += row_sum(velocity.nx(), velocity.row(j, k, 0)) *
-             grid.thickness(decomposition.first() + j);
+      sum +=
+          row_sum(velocity.nx(), velocity.row(j, k, 0)) * grid.thickness(decomposition.first() + j);
   return all_ranks(sum.value(), MPI_SUM, decomposition.comm());
 }
 

@@ -14,9 +14,9 @@
 /// What a fluid grid of spacing h resolves of the film is in the fluid's force already, so with one
 /// the model is  exact - resolved  at every gap:
 ///     c = 6 π μ R_eff² S(ζ/h) / max(ζ, ζ_min)      apart,
-///     c = -6 π μ R_eff² G / h                      in a collision (but see
-///     collision_in_fluid.hpp), c = 6 π μ R_eff² / ζ_min                     in an enduring
-///     contact.
+///     c = -6 π μ R_eff² G / h                      in a collision,
+///     c = 6 π μ R_eff² / ζ_min                     in an enduring contact;
+/// in a collision as far as the contact does not bear the fluid's load (collision_in_fluid.hpp).
 /// S, the share of the film that is not resolved, and G, what is resolved as surfaces touch, are
 /// measured with the immersed boundary of this project in Stokes flow, spheres held and moving at
 /// gaps of 0.1 to 4 h and 8 to 16 cells to a diameter, against Brenner's exact forces
