@@ -9,12 +9,10 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <regex>
 #include <set>
-#include <span>
 #include <sstream>
 #include <string_view>
 
