@@ -1,10 +1,12 @@
 """Configures and builds with the release preset: quietly, with one progress line and a log."""
 
+import fcntl
 import os
 import re
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TextIO
 
@@ -81,6 +83,21 @@ def _ninja(targets: Sequence[str], log: Path) -> list[str]:
     return failed if ninja.returncode != 0 else []
 
 
+@contextmanager
+def one_at_a_time() -> Iterator[None]:
+    """Waits until no other command builds here: two at once would write the same files."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    with (FOLDER / "build.lock").open("w", encoding="utf-8") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            print("bedload: another command is building here; waiting", file=sys.stderr, flush=True)
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        except OSError:  # a file system without locks
+            pass
+        yield
+
+
 def build(targets: Sequence[str] = ("all",), portable: bool = False) -> None:
     """Configures if needed and builds `targets`; does and prints nothing when all is up to date.
 
@@ -88,7 +105,11 @@ def build(targets: Sequence[str] = ("all",), portable: bool = False) -> None:
 
     Raises UserError, after printing the compiler's words, when it does not succeed.
     """
-    FOLDER.mkdir(parents=True, exist_ok=True)
+    with one_at_a_time():
+        _build(targets, portable)
+
+
+def _build(targets: Sequence[str], portable: bool) -> None:
     ninja_file = FOLDER / "build.ninja"
     if portable or _must_configure(ninja_file):
         _configure(FOLDER / "configure.log", *(["-DBEDLOAD_NATIVE=OFF"] if portable else []))

@@ -20,6 +20,7 @@ from bedload_launcher import job
 from bedload_launcher.build import BIN
 from bedload_launcher.errors import UserError
 from bedload_launcher.machine import cores
+from bedload_launcher.override import override_table
 from bedload_launcher.scenes import Scene, choose_model, find_scene, models, read_variables
 from bedload_post.bed_friction import driving_friction
 from bedload_post.models_report import Bed, Comparison, make_case, write
@@ -189,12 +190,7 @@ def settings_of(scene: Scene, overrides: Sequence[str]) -> dict:
     """fluid.toml with the values of --set laid over it."""
     settings = tomllib.loads((scene.folder / "fluid.toml").read_text(encoding="utf-8"))
     for text in overrides:
-        try:
-            settings = _laid_over(settings, tomllib.loads(text))
-        except tomllib.TOMLDecodeError as error:
-            raise UserError(
-                f"--set {text}: {error}; write it as in TOML, for instance time.end=20."
-            ) from error
+        settings = _laid_over(settings, override_table(text))
     return settings
 
 

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
-from bedload_launcher import cli, folders, job, machine, memory, presets, runs, scenes, studies
+from bedload_launcher import build, cli, folders, job, machine, memory, presets, runs, scenes, studies
 from bedload_launcher.errors import UserError
 from bedload_launcher.words import plain
 
@@ -437,3 +437,20 @@ def test_variables_of_included_scripts_may_be_set():
         scenes.read_variables(scene, "rpm", ["density"])
     with pytest.raises(UserError, match="by --model"):
         scenes.read_variables(scene, "rpm", ["model=actm"])
+
+
+def test_only_one_command_builds_at_a_time(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(build, "FOLDER", tmp_path / "release")
+    entered = threading.Event()
+
+    def second():
+        with build.one_at_a_time():
+            entered.set()
+
+    other = threading.Thread(target=second)
+    with build.one_at_a_time():
+        other.start()
+        assert not entered.wait(0.2)
+    assert entered.wait(10)
+    other.join()
+    assert "another command is building here" in capsys.readouterr().err

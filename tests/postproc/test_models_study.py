@@ -113,7 +113,14 @@ def test_set_reaches_what_follows_from_it():
     assert settings["time"]["step"] > 0
 
 
-@pytest.mark.parametrize("text", ["accuracy.precision=single", "time.end", "time.end="])
+def test_bare_words_stand_for_texts():
+    given = ["accuracy.precision=single", "spheres.file = ./a-b.txt"]
+    settings = models.settings_of(find_scene("setup2"), given)
+    assert settings["accuracy"]["precision"] == "single"
+    assert settings["spheres"]["file"] == "./a-b.txt"
+
+
+@pytest.mark.parametrize("text", ["time.end", "time.end=", "time.end=2 s", "title=a b"])
 def test_a_setting_that_is_none_is_told(text):
     with pytest.raises(UserError, match=f"--set {text}: .*; write it as in TOML"):
         models.settings_of(find_scene("setup2_small"), [text])
