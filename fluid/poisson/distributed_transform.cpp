@@ -64,7 +64,8 @@ DistributedTransform<Real>::DistributedTransform(const Grid& grid, int component
       ranks_(decomposition.z_parts()),
       all_rows_(grid.cells[2]),
       all_columns_(this->periodic_x() ? nx_ / 2 + 1 : nx_),
-      column_width_(this->periodic_x() ? 2 : 1) {
+      column_width_(this->periodic_x() ? 2 : 1),
+      places_(in_parts() ? coprime_parts(all_rows_) : std::vector<int>{all_rows_}) {
   const bool half = this->periodic_z() && !this->periodic_x();
   this->shape_modes(1, (half ? all_rows_ / 2 + 1 : all_rows_) * own_columns());
   // Sine and cosine transforms there and back multiply by twice the cells; along periodic x, too,
@@ -87,12 +88,13 @@ DistributedTransform<Real>::DistributedTransform(const Grid& grid, int component
   first_row_.push_back(all_rows_);
   for (AlignedArray<Real>* line : {&line_, &modes_})
     *line = AlignedArray<Real>(2 * static_cast<std::size_t>(nx_) + 2);
-  columns_ = AlignedArray<Real>(static_cast<std::size_t>(all_rows_) * column_row());
+  columns_ = AlignedArray<Real>(static_cast<std::size_t>(all_rows_) * columns_pitch());
   for (Passage& passage : passages_) {
     passage.rows = AlignedArray<Real>(static_cast<std::size_t>(row_offset));
     passage.columns = AlignedArray<Real>(static_cast<std::size_t>(column_offset));
   }
   plan(decomposition.comm());
+  std::fill_n(columns_.data(), columns_.size(), Real(0));  // planning wrote to it, to the pad, too
 }
 
 template <class Real>
@@ -109,22 +111,24 @@ void DistributedTransform<Real>::plan(MPI_Comm comm) {
   const int own = own_columns(), reals = static_cast<int>(column_row());
   plan_alike<Real>(comm, own, [&] {
     if (this->periodic_x()) {
-      forward_x_ = Plan::complex({nx_, 1}, l, x, FFTW_FORWARD);
-      inverse_x_ = Plan::complex({nx_, 1}, x, l, FFTW_BACKWARD);
+      forward_x_ = Plan::complex({{nx_}, 1}, l, x, FFTW_FORWARD);
+      inverse_x_ = Plan::complex({{nx_}, 1}, x, l, FFTW_BACKWARD);
     } else {
-      forward_x_ = Plan::real(basis_x_, true, {nx_, 1}, p, l);
-      inverse_x_ = Plan::real(basis_x_, false, {nx_, 1}, l, p);
+      forward_x_ = Plan::real(basis_x_, true, {{nx_}, 1}, p, l);
+      inverse_x_ = Plan::real(basis_x_, false, {{nx_}, 1}, l, p);
     }
     if (own == 0) return;
     if (!this->periodic_z()) {
-      forward_z_ = Plan::real(basis_z_, true, {all_rows_, reals, reals, 1}, c, m);
-      inverse_z_ = Plan::real(basis_z_, false, {all_rows_, reals, reals, 1}, m, c);
+      forward_z_ = Plan::real(basis_z_, true, {{all_rows_}, reals, reals, 1}, c, m);
+      inverse_z_ = Plan::real(basis_z_, false, {{all_rows_}, reals, reals, 1}, m, c);
     } else if (this->periodic_x()) {
-      forward_z_ = Plan::complex({all_rows_, own, own, 1}, c, m, FFTW_FORWARD);
-      inverse_z_ = Plan::complex({all_rows_, own, own, 1}, m, c, FFTW_BACKWARD);
+      const int pitch = static_cast<int>(columns_pitch()) / column_width_;
+      const FftwShape shape{places_.parts, pitch, pitch, 1};
+      forward_z_ = Plan::complex(shape, c, in_parts() ? c : m, FFTW_FORWARD);
+      inverse_z_ = Plan::complex(shape, in_parts() ? c : m, c, FFTW_BACKWARD);
     } else {
-      forward_z_ = Plan::to_complex({all_rows_, own, own, 1}, c, m);
-      inverse_z_ = Plan::to_real({all_rows_, own, own, 1}, m, c);
+      forward_z_ = Plan::to_complex({{all_rows_}, own, own, 1}, c, m);
+      inverse_z_ = Plan::to_real({{all_rows_}, own, own, 1}, m, c);
     }
   });
 }
@@ -219,16 +223,16 @@ void DistributedTransform<Real>::end_forward() {
   const std::size_t own = column_row();
   for (int r = 0; r < ranks_; ++r) {
     const auto n = static_cast<std::size_t>(r);
-    const auto begin = static_cast<std::size_t>(first_row_[n]) * own;
-    const auto count = static_cast<std::size_t>(first_row_[n + 1]) * own - begin;
-    std::copy_n(passage.columns.data() + own_columns_.offsets[n], count, &columns_[begin]);
+    const Real* from = passage.columns.data() + own_columns_.offsets[n];
+    for (int k = first_row_[n]; k < first_row_[n + 1]; ++k, from += own)
+      std::copy_n(from, own, point_row(k));
   }
   for (int r = 0; r < ranks_; ++r) {
     if (r + 1 == ranks_ && !this->periodic_z()) continue;
     const auto n = static_cast<std::size_t>(r);
     const Real* excess =
         passage.columns.data() + own_columns_.offsets[n] + own_columns_.counts[n] - own;
-    Real* to = &columns_[static_cast<std::size_t>(first_row_[n + 1] % all_rows_) * own];
+    Real* to = point_row(first_row_[n + 1] % all_rows_);
     for (std::size_t i = 0; i < own; ++i) to[i] += excess[i];
   }
 }
@@ -236,20 +240,32 @@ void DistributedTransform<Real>::end_forward() {
 template <class Real>
 void DistributedTransform<Real>::forward_row(Real*, int, Real* out) {
   if (own_columns() == 0) return;
+  const std::size_t own = column_row();
+  if (in_parts()) {
+    forward_z_(columns_.data(), columns_.data());
+    for (int k = 0; k < all_rows_; ++k, out += own) std::copy_n(mode_row(k), own, out);
+    return;
+  }
   forward_z_(columns_.data(), out);
   if (basis_z_ == Basis::faces)  // the last face is the wall
-    std::fill_n(out + static_cast<std::size_t>(all_rows_ - 1) * column_row(), column_row(),
-                Real(0));
+    std::fill_n(out + static_cast<std::size_t>(all_rows_ - 1) * own, own, Real(0));
 }
 
 template <class Real>
 void DistributedTransform<Real>::inverse_row(Real* in, int, Real*) {
   if (own_columns() == 0) return;
   Real* columns = next().columns.data();
-  const std::size_t own = column_row(), last = static_cast<std::size_t>(all_rows_ - 1) * own;
-  if (basis_z_ == Basis::faces) std::fill_n(columns + last, own, Real(0));
-  inverse_z_(in, columns);
-  std::copy_n(columns + (this->periodic_z() ? 0 : last), own, columns + last + own);
+  const std::size_t own = column_row(), all = static_cast<std::size_t>(all_rows_) * own;
+  if (in_parts()) {
+    for (int k = 0; k < all_rows_; ++k, in += own) std::copy_n(in, own, mode_row(k));
+    inverse_z_(columns_.data(), columns_.data());
+    Real* to = columns;
+    for (int k = 0; k < all_rows_; ++k, to += own) std::copy_n(point_row(k), own, to);
+  } else {
+    if (basis_z_ == Basis::faces) std::fill_n(columns + all - own, own, Real(0));
+    inverse_z_(in, columns);
+  }
+  std::copy_n(columns + (this->periodic_z() ? 0 : all - own), own, columns + all);
 }
 
 template <class Real>

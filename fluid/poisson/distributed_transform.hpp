@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fluid/grid/decomposition.hpp"
+#include "fluid/poisson/coprime_parts.hpp"
 #include "fluid/poisson/fftw.hpp"
 #include "fluid/poisson/plane_transform.hpp"
 
@@ -52,7 +53,16 @@ class DistributedTransform final : public PlaneTransform<Real> {
 
   int first_column(int rank) const { return all_columns_ * rank / ranks_; }
   int own_columns() const { return first_column(rank_ + 1) - first_column(rank_); }
+  /// Whether z's transform is one of parts without common factors. In double precision the two
+  /// copies of the rows to and from their order take as long as it gains.
+  bool in_parts() const {
+    return this->periodic_x() && this->periodic_z() && sizeof(Real) < sizeof(double);
+  }
   std::size_t column_row() const;  ///< reals of one row of the own columns
+  /// From one row of columns_ to the next: some empty ones fill the last register of columns.
+  std::size_t columns_pitch() const {
+    return in_parts() ? (column_row() + 7) / 8 * 8 : column_row();
+  }
   void plan(MPI_Comm comm);
 
   /// What one plane's messages hold on this rank.
@@ -71,6 +81,11 @@ class DistributedTransform final : public PlaneTransform<Real> {
   Real* real_row(Real* plane, int k) const {
     return plane + this->real_pitch() * static_cast<std::size_t>(k);
   }
+  Real* columns_at(int place) {
+    return &columns_[static_cast<std::size_t>(place) * columns_pitch()];
+  }
+  Real* point_row(int k) { return columns_at(places_.point[static_cast<std::size_t>(k)]); }
+  Real* mode_row(int k) { return columns_at(places_.mode[static_cast<std::size_t>(k)]); }
   void start(Passage& passage, const Real* from, const Layout& leaving, Real* to,
              const Layout& coming);
   static void finish(std::vector<MPI_Request>& requests);
@@ -88,7 +103,8 @@ class DistributedTransform final : public PlaneTransform<Real> {
   Layout all_blocks_;           ///< the same, backwards: the blocks overlap
   AlignedArray<Real> line_;     ///< one row of x modes, or two rows as complex numbers ...
   AlignedArray<Real> modes_;    ///< ... and their modes, the first one again behind the last
-  AlignedArray<Real> columns_;  ///< own columns, row after row
+  AlignedArray<Real> columns_;  ///< own columns and a pad, row after row as places_ says
+  CoprimePlaces places_;        ///< of rows before z's transform and of modes behind it
   std::array<Passage, 2> passages_;
   std::uint64_t begun_ = 0, ended_ = 0;
   FourierPlan<Real> forward_x_, inverse_x_, forward_z_, inverse_z_;

@@ -17,10 +17,10 @@ namespace bedload {
 
 /// How many transforms of which length, and where their points lie (FFTW's "advanced" interface).
 struct FftwShape {
-  int n;             ///< points of one transform
-  int howmany;       ///< transforms
-  int stride = 1;    ///< from point to point, in numbers of each array's kind
-  int distance = 0;  ///< from transform to transform
+  std::vector<int> n;  ///< points of one transform, along each of its dimensions
+  int howmany;         ///< transforms
+  int stride = 1;      ///< from point to point, in numbers of each array's kind
+  int distance = 0;    ///< from transform to transform
 };
 
 /// FFTW's two precisions under one name. Planned by measuring: FFTW's guess is up to 2.5 times
@@ -34,21 +34,22 @@ struct Fftw;
     using Plan = name##_plan;                                                                      \
     using Complex = name##_complex;                                                                \
     static constexpr unsigned flags = FFTW_MEASURE | FFTW_PRESERVE_INPUT;                          \
-    static Plan complex(FftwShape s, Complex* in, Complex* out, int sign) {                        \
-      return name##_plan_many_dft(1, &s.n, s.howmany, in, nullptr, s.stride, s.distance, out,      \
-                                  nullptr, s.stride, s.distance, sign, flags);                     \
+    static Plan complex(const FftwShape& s, Complex* in, Complex* out, int sign) {                 \
+      return name##_plan_many_dft(static_cast<int>(s.n.size()), s.n.data(), s.howmany, in,         \
+                                  nullptr, s.stride, s.distance, out, nullptr, s.stride,           \
+                                  s.distance, sign, flags);                                        \
     }                                                                                              \
-    static Plan real(FftwShape s, Real* in, Real* out, fftw_r2r_kind kind) {                       \
-      return name##_plan_many_r2r(1, &s.n, s.howmany, in, nullptr, s.stride, s.distance, out,      \
-                                  nullptr, s.stride, s.distance, &kind, flags);                    \
+    static Plan real(const FftwShape& s, Real* in, Real* out, fftw_r2r_kind kind) {                \
+      return name##_plan_many_r2r(1, s.n.data(), s.howmany, in, nullptr, s.stride, s.distance,     \
+                                  out, nullptr, s.stride, s.distance, &kind, flags);               \
     }                                                                                              \
-    static Plan to_complex(FftwShape s, Real* in, Complex* out) {                                  \
-      return name##_plan_many_dft_r2c(1, &s.n, s.howmany, in, nullptr, s.stride, s.distance, out,  \
-                                      nullptr, s.stride, s.distance, flags);                       \
+    static Plan to_complex(const FftwShape& s, Real* in, Complex* out) {                           \
+      return name##_plan_many_dft_r2c(1, s.n.data(), s.howmany, in, nullptr, s.stride, s.distance, \
+                                      out, nullptr, s.stride, s.distance, flags);                  \
     }                                                                                              \
-    static Plan to_real(FftwShape s, Complex* in, Real* out) {                                     \
-      return name##_plan_many_dft_c2r(1, &s.n, s.howmany, in, nullptr, s.stride, s.distance, out,  \
-                                      nullptr, s.stride, s.distance, flags);                       \
+    static Plan to_real(const FftwShape& s, Complex* in, Real* out) {                              \
+      return name##_plan_many_dft_c2r(1, s.n.data(), s.howmany, in, nullptr, s.stride, s.distance, \
+                                      out, nullptr, s.stride, s.distance, flags);                  \
     }                                                                                              \
     static void run_complex(Plan p, Complex* in, Complex* out) { name##_execute_dft(p, in, out); } \
     static void run_real(Plan p, Real* in, Real* out) { name##_execute_r2r(p, in, out); }          \
@@ -143,19 +144,19 @@ class FourierPlan {
   }
 
   /// Complex to complex; sign FFTW_FORWARD or FFTW_BACKWARD.
-  static FourierPlan complex(FftwShape shape, Real* in, Real* out, int sign) {
+  static FourierPlan complex(const FftwShape& shape, Real* in, Real* out, int sign) {
     return {Library::complex(shape, pairs(in), pairs(out), sign), Kind::complex};
   }
   /// Sine or cosine transform, forwards or back; together they multiply by twice the cells.
   static FourierPlan real(Basis basis, bool forwards, FftwShape shape, Real* in, Real* out) {
-    if (basis == Basis::faces) --shape.n;
+    if (basis == Basis::faces) --shape.n[0];
     return {Library::real(shape, in, out, fftw_kind(basis, forwards)), Kind::real};
   }
   /// Real numbers to their n/2+1 complex modes, and back.
-  static FourierPlan to_complex(FftwShape shape, Real* in, Real* out) {
+  static FourierPlan to_complex(const FftwShape& shape, Real* in, Real* out) {
     return {Library::to_complex(shape, in, pairs(out)), Kind::to_complex};
   }
-  static FourierPlan to_real(FftwShape shape, Real* in, Real* out) {
+  static FourierPlan to_real(const FftwShape& shape, Real* in, Real* out) {
     return {Library::to_real(shape, pairs(in), out), Kind::to_real};
   }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "fluid/poisson/coprime_parts.hpp"
+
 namespace bedload {
 namespace {
 
@@ -56,8 +58,17 @@ LocalTransform<Real>::LocalTransform(const Grid& grid, int component,
   Real *p = plane.data(), *r = row.data(), *s = scratch_.data();
   using Plan = FourierPlan<Real>;
   const int step = static_cast<int>(real_pitch_);
-  const FftwShape packed_columns{nz_, columns_, step / 2, 1}, columns{nz_, nx_, step, 1};
-  const FftwShape complex_row{nx_, 1}, real_row{nx_, 1}, two_parts{nx_, 2, 2, 1};
+  // Whole registers of packed columns, those of the pad included.
+  const CoprimePlaces places(coprime_parts(nz_));
+  const FftwShape packed_columns{places.parts, step / 2, step / 2, 1};
+  const FftwShape columns{{nz_}, nx_, step, 1};
+  const FftwShape complex_row{{nx_}, 1}, real_row{{nx_}, 1}, two_parts{{nx_}, 2, 2, 1};
+  if (periodic_z()) {
+    for (std::size_t k = 0; k < places.point.size(); ++k) {
+      real_places_[k] = static_cast<std::size_t>(places.point[k]) * real_pitch_;
+      mode_places_.push_back(static_cast<std::size_t>(places.mode[k]) * real_pitch_);
+    }
+  }
   plan_alike<Real>(decomposition.comm(), 0, [&] {
     if (periodic_z()) {
       forward_z_ = Plan::complex(packed_columns, p, p, FFTW_FORWARD);
@@ -84,39 +95,38 @@ LocalTransform<Real>::LocalTransform(const Grid& grid, int component,
 
 template <class Real>
 void LocalTransform<Real>::begin_forward(Real* plane) {
-  if (periodic_z() && nx_ % 2 != 0)  // the last packed number has no partner
+  if (periodic_z()) {  // the pad's columns, and the partner of an odd last number
+    const std::size_t own = static_cast<std::size_t>(nx_);
     for (int k = 0; k < nz_; ++k)
-      plane[static_cast<std::size_t>(k) * real_pitch_ + static_cast<std::size_t>(nx_)] = 0;
+      std::fill_n(plane + real_places_[static_cast<std::size_t>(k)] + own, real_pitch_ - own,
+                  Real(0));
+  }
   forward_z_(plane, plane);
 }
 
 template <class Real>
 void LocalTransform<Real>::forward_row(Real* plane, int row, Real* out) {
-  Real* a = plane + static_cast<std::size_t>(row) * real_pitch_;
   if (!periodic_z()) {
-    forward_x_(a, out);
+    forward_x_(plane + this->real_place(row), out);
     return;
   }
-  const Real* b = plane + static_cast<std::size_t>((nz_ - row) % nz_) * real_pitch_;
-  take_apart(columns_, a, b, scratch_.data());
+  take_apart(columns_, mode_row(plane, row), mode_row(plane, (nz_ - row) % nz_), scratch_.data());
   forward_x_(scratch_.data(), out);
 }
 
 template <class Real>
 void LocalTransform<Real>::inverse_row(Real* in, int row, Real* plane) {
-  Real* a = plane + static_cast<std::size_t>(row) * real_pitch_;
   if (!periodic_z()) {
-    inverse_x_(in, a);
+    inverse_x_(in, plane + this->real_place(row));
     return;
   }
   inverse_x_(in, scratch_.data());
   if (nx_ % 2 != 0) std::fill_n(&scratch_[2 * static_cast<std::size_t>(nx_)], 2, Real(0));
   const int partner = (nz_ - row) % nz_;
   if (partner == row)
-    put_real_together(columns_, scratch_.data(), a);
+    put_real_together(columns_, scratch_.data(), mode_row(plane, row));
   else
-    put_together(columns_, scratch_.data(), a,
-                 plane + static_cast<std::size_t>(partner) * real_pitch_);
+    put_together(columns_, scratch_.data(), mode_row(plane, row), mode_row(plane, partner));
 }
 
 template <class Real>

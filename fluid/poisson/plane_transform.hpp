@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <vector>
 
 #include "fluid/grid/decomposition.hpp"
 #include "fluid/grid/field.hpp"
@@ -15,12 +16,12 @@ namespace bedload {
 /// this rank has as a whole (local_transform.hpp), and of one whose rows are divided over ranks
 /// (distributed_transform.hpp).
 ///
-/// Real planes hold the block's nz rows and one more. Spectral planes hold rows() rows of modes(),
-/// `pitch` modes apart, each of parts() real numbers. Whole-plane steps are collective over the
-/// ranks that share the plane; row steps are not, so that the caller can work on a spectral row
-/// while it is in the first-level cache. Forward and inverse together multiply by
-/// 1/normalisation(). Forwards: begin_forward, end_forward, then the rows; inverse: the rows,
-/// begin_inverse, end_inverse. One more plane may begin before the last one ends.
+/// Real planes hold the block's nz rows and one more, in an order of their own. Spectral planes
+/// hold rows() rows of modes(), `pitch` modes apart, each of parts() real numbers. Whole-plane
+/// steps are collective over the ranks that share the plane; row steps are not, so that the caller
+/// can work on a spectral row while it is in the first-level cache. Forward and inverse together
+/// multiply by 1/normalisation(). Forwards: begin_forward, end_forward, then the rows; inverse: the
+/// rows, begin_inverse, end_inverse. One more plane may begin before the last one ends.
 template <class Real>
 class PlaneTransform {
  public:
@@ -35,7 +36,8 @@ class PlaneTransform {
   /// Whether row nz takes part: forwards as what this block adds to the first row of the block in
   /// front, back as that row.
   bool has_row_in_front() const { return divided_; }
-  /// Values from one row of a real plane to the next; at least nx + 1.
+  /// Where row k of a real plane begins; it takes real_pitch() values, at least nx + 1.
+  std::size_t real_place(int k) const { return real_places_[static_cast<std::size_t>(k)]; }
   std::size_t real_pitch() const { return real_pitch_; }
   std::size_t real_size() const { return real_pitch_ * static_cast<std::size_t>(nz_ + 1); }
 
@@ -68,7 +70,10 @@ class PlaneTransform {
         basis_x_(basis_of(grid, component, 0)),
         basis_z_(basis_of(grid, component, 2)),
         divided_(decomposition.divides_rows()),
-        real_pitch_(round_up(static_cast<std::size_t>(nx_) + 1, cache_line / sizeof(Real))) {}
+        real_pitch_(round_up(static_cast<std::size_t>(nx_) + 1, cache_line / sizeof(Real))),
+        real_places_(static_cast<std::size_t>(nz_) + 1) {
+    for (std::size_t k = 0; k < real_places_.size(); ++k) real_places_[k] = k * real_pitch_;
+  }
 
   void shape_modes(int rows, int modes) {
     rows_ = rows;
@@ -81,6 +86,7 @@ class PlaneTransform {
   Basis basis_x_, basis_z_;
   bool divided_;
   std::size_t real_pitch_;
+  std::vector<std::size_t> real_places_;
   int rows_ = 0, modes_ = 0;
   std::size_t pitch_ = 0;
   double normalisation_ = 1.0;

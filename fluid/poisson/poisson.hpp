@@ -62,7 +62,7 @@ class PoissonSolver {
   const Real* solution_row(int j, int k) const {
     if (k == nz() && !gives_to_front()) k = transform_->periodic_z() ? 0 : k - 1;
     return real_planes_[static_cast<std::size_t>(j) % real_planes_.size()].data() +
-           transform_->real_pitch() * static_cast<std::size_t>(k);
+           transform_->real_place(k);
   }
   /// Whether the planes are divided along z: then rhs_row(j, nz) takes what belongs to the first
   /// row of the block in front.
@@ -78,7 +78,7 @@ class PoissonSolver {
     return real_planes_[static_cast<std::size_t>(j) % real_planes_.size()];
   }
   Real* real_row(AlignedArray<Real>& plane, int k) {
-    return plane.data() + transform_->real_pitch() * static_cast<std::size_t>(k);
+    return plane.data() + transform_->real_place(k);
   }
   /// Place of a spectral row among the modes.
   std::size_t at(int j, int row) const {

@@ -56,7 +56,7 @@ std::size_t modes_of(int cells) { return static_cast<std::size_t>(cells / 2 + 1)
 
 FourierPlan<double> line_plan(int n, AlignedArray<std::complex<double>>& in,
                               AlignedArray<std::complex<double>>& out) {
-  return FourierPlan<double>::complex({n, 1}, reinterpret_cast<double*>(in.data()),
+  return FourierPlan<double>::complex({{n}, 1}, reinterpret_cast<double*>(in.data()),
                                       reinterpret_cast<double*>(out.data()), FFTW_FORWARD);
 }
 
