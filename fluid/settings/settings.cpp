@@ -37,11 +37,15 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return previous[b.size()];
 }
 
+/// The candidate with the fewest edits to `name`, in its whole or, one edit dearer, without the
+/// group in front.
 std::string nearest(std::string_view name, const std::set<std::string>& known) {
   std::string best;
   std::size_t best_distance = std::numeric_limits<std::size_t>::max();
   for (const std::string& candidate : known) {
-    const std::size_t distance = edit_distance(name, candidate);
+    const std::string_view own = std::string_view(candidate).substr(candidate.rfind('.') + 1);
+    const std::size_t distance =
+        std::min(edit_distance(name, candidate), edit_distance(name, own) + 1);
     if (distance < best_distance) {
       best_distance = distance;
       best = candidate;
@@ -176,9 +180,13 @@ class Reader {
       if (found && *found == text) return value;
     fail(name, node, "one of " + word_list(words));
   }
-  bool is_group(const std::string& name) const {
-    return std::any_of(declared_.begin(), declared_.end(),
-                       [&](const auto& known) { return known.starts_with(name + "."); });
+  /// What stands in brackets above keys: grid, boundary ...
+  std::set<std::string> groups() const {
+    std::set<std::string> found;
+    for (const std::string& name : declared_)
+      if (const std::size_t dot = name.find('.'); dot != std::string::npos)
+        found.insert(name.substr(0, dot));
+    return found;
   }
   /// Hands (name, node) of each key that is not declared to `visit`.
   template <class Visit>
@@ -186,7 +194,7 @@ class Reader {
     for (const auto& [key, node] : table) {
       const std::string name = prefix + std::string(key.str());
       if (declared_.count(name)) continue;
-      if (is_group(name) && node.is_table())
+      if (node.is_table() && groups().count(name))
         each_unknown(*node.as_table(), name + ".", visit);
       else
         visit(name, node);
@@ -194,6 +202,10 @@ class Reader {
   }
   void check_unknown() const {
     each_unknown(table_, "", [this](const std::string& name, const toml::node& node) {
+      if (node.is_table())
+        throw UserError(
+            fmt::format("{}: unknown group of keys '[{}]'; the nearest known one is '[{}]'.",
+                        place(node), name, nearest(name, groups())));
       throw UserError(fmt::format("{}: unknown key '{}'; the nearest known one is '{}'.",
                                   place(node), name, nearest(name, declared_)));
     });

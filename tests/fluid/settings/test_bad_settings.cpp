@@ -113,6 +113,18 @@ TEST(BadSettings, UnknownKeysAreOfferedTheNearest) {
   }
 }
 
+TEST(BadSettings, UnknownGroupsAreOfferedTheNearestGroup) {
+  EXPECT_THAT(complaint("outputs", "{fields_every = 1.0}"),
+              AllOf(HasSubstr("'[outputs]'"), HasSubstr("nearest known one is '[output]'")));
+  EXPECT_THAT(complaint("sphere.forcing_loops", "2"),
+              HasSubstr("nearest known one is '[spheres]'"));
+}
+
+TEST(BadSettings, KeysWithoutTheirGroupAreOfferedWithIt) {
+  EXPECT_THAT(complaint("precision", "\"single\""), HasSubstr("'accuracy.precision'"));
+  EXPECT_THAT(complaint("fluid.dem_steps", "15"), HasSubstr("'coupling.dem_steps'"));
+}
+
 TEST(BadSettings, MissingKeysAreNamed) {
   int required = 0;
   for (const Key& key : all_keys()) {
