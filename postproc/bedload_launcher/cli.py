@@ -259,6 +259,8 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """Options of the line; unknown commands and options are refused with the nearest name."""
     top, commands = parser()
+    if arguments and arguments[0] == "help":
+        arguments = [*arguments[1:2], "--help"]
     if not arguments:
         top.print_help()
         sys.exit(0)

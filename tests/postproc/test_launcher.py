@@ -47,6 +47,16 @@ def test_mistakes_get_one_sentence(line, sentence):
     assert done.stdout == ""
 
 
+@pytest.mark.parametrize("line", [[], ["run"]])
+def test_help_may_be_a_command(line):
+    """As for git, apt or cargo."""
+    def spoken(*words):
+        return subprocess.run(["/usr/bin/python3", "-I", "-B", ROOT / "postproc" / "launch.py", *words],
+                              check=True, capture_output=True, text=True).stdout  # fmt: skip
+
+    assert spoken("help", *line) == spoken(*line, "--help") != ""
+
+
 def test_a_model_is_looked_up_among_the_files(tmp_path, monkeypatch):
     monkeypatch.setattr(scenes, "INPUTS", tmp_path)
     (tmp_path / "models").mkdir()
