@@ -4,12 +4,28 @@
 #include <stdio.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <string_view>
 
 #include "coupling/job/peer_failure.hpp"
 #include "coupling/job/roles.hpp"
+#include "input.h"
 
 namespace bedload {
+namespace detail {
+
+/// The line of the script that LIGGGHTS is at, as it stands there; private
+/// (liggghts_styles/private_access.hpp).
+template <auto Member>
+struct LineDoor {
+  friend const char* line_of(const LAMMPS_NS::Input& input) { return input.*Member; }
+};
+
+const char* line_of(const LAMMPS_NS::Input& input);
+
+template struct LineDoor<&LAMMPS_NS::Input::line>;
+
+}  // namespace detail
 namespace {
 
 /// LIGGGHTS numbers the bins in which it looks for neighbouring triangles from the box and the
@@ -31,6 +47,17 @@ bool another_speaks(std::string_view line) {
 }
 
 }  // namespace
+
+// LIGGGHTS' own sentences name neither the line nor the file, "Substitution for illegal variable"
+// for one.
+std::string LiggghtsScreen::place() const {
+  if (input_ == nullptr) return "";
+  std::string_view line = detail::line_of(*input_);
+  line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+  line = line.substr(0, line.find_last_not_of(" \t\r\n") + 1);
+  if (line.empty() || line.starts_with("coupled_run")) return "";
+  return fmt::format(" The script's line is '{}'.", line);
+}
 
 LiggghtsScreen::LiggghtsScreen() {
   cookie_io_functions_t functions{};
@@ -57,8 +84,8 @@ void LiggghtsScreen::take(const char* text, std::size_t size) {
         silence_peers();
         if (line_.find(lost_triangle) != std::string::npos)
           line_ = fmt::format("ERROR: {} ({})", about_triangles, line_);
-        std::fprintf(stderr, "\n%s: %s%s\n", program_name(Program::dem), line_.c_str(),
-                     last_checkpoint_sentence().c_str());
+        std::fprintf(stderr, "\n%s: %s%s%s\n", program_name(Program::dem), line_.c_str(),
+                     place().c_str(), last_checkpoint_sentence().c_str());
       }
     } else if (line_.starts_with("WARNING")) {
       if (said_.insert(line_).second)

@@ -155,9 +155,12 @@ int run_script(Job& job, int argc, char** argv) {
     words.push_back(nullptr);
     LAMMPS_NS::LAMMPS lammps(static_cast<int>(texts.size()), words.data(), job.own());
     check_styles(&lammps);
-    if (!job.alone() && !own_screen && lammps.screen != nullptr)
+    if (!job.alone() && !own_screen && lammps.screen != nullptr) {
+      liggghts_screen.follow(lammps.input);
       lammps.screen = liggghts_screen.stream();
+    }
     lammps.input->file();
+    liggghts_screen.follow(nullptr);
   }
   program.finish();
   if (!job.alone() && !side.stopped()) throw UserError(early_end);

@@ -207,6 +207,7 @@ def between(change):
     "old, new, found",
     [
         ("pair_style      gran", "pair_style      grann", "ERROR: "),
+        ("pair_style      gran", "pair_style      ${grann}", "The script's line is 'pair_style      ${grann} model"),
         ("\ncoupled_run", "\nrun 100", "use coupled_run"),
         ("\ncoupled_run", "\ncoupled_run step 5", "unknown keyword 'step', the nearest is 'steps'"),
         ("\ncoupled_run", "\nquit", "before the fluid did"),
