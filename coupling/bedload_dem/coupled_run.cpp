@@ -11,6 +11,7 @@
 #include "atom.h"
 #include "comm.h"
 #include "coupling/bedload_dem/fix_couple_fluid.hpp"
+#include "coupling/bedload_dem/script_rules.hpp"
 #include "coupling/checkpoint/grains_state.hpp"
 #include "coupling/exchange/stages.hpp"
 #include "coupling/job/peer_failure.hpp"
@@ -83,11 +84,13 @@ void CoupledRun::run(int narg, char** arg) {
 
   fluid->set_time_step(fluid->fluid_time_step());
   fluid->allow_run(true);
+  refuse_clumps(lmp);
   fluid->check_scene();
   fluid->check_integrated();
   fluid->check_motion();  // the script may have moved them
   fluid->check_tags();
   fluid->check_fixed();
+  warn_without_walls(lmp, fluid->names_fixed());
   prepare(*fluid);
 
   moved_ = true;

@@ -14,13 +14,14 @@
 #include "atom.h"
 #include "comm.h"
 #include "coupling/bedload_dem/attach.hpp"
+#include "coupling/bedload_dem/script_gravity.hpp"
+#include "coupling/bedload_dem/script_rules.hpp"
 #include "coupling/exchange/clock.hpp"
 #include "coupling/exchange/handshake.hpp"
 #include "coupling/exchange/stages.hpp"
 #include "coupling/job/roles.hpp"
 #include "domain.h"
 #include "error.h"
-#include "fix_gravity.h"
 #include "fix_property_atom.h"
 #include "fluid/kernels/fnv.hpp"
 #include "fluid/settings/errors.hpp"
@@ -553,23 +554,22 @@ void FixCoupleFluid::describe_box(DemSceneInfo& scene_info) const {
 DemSceneInfo FixCoupleFluid::collect_scene_info() const {
   DemSceneInfo scene_info{};
   describe_box(scene_info);
-  scene_info.has_gravity = modify->n_fixes_style_strict("gravity") > 0 ? 1 : 0;
-  for (int n = 0; n < modify->n_fixes_style_strict("gravity"); ++n) {
-    auto* const gravity =
-        static_cast<LAMMPS_NS::FixGravity*>(modify->find_fix_style_strict("gravity", n));
-    // It knows its vector only after these; the forces are cleared before the first step.
-    gravity->init();
-    gravity->post_force(0);
-    double g[3];
-    gravity->get_gravity(g);
-    for (std::size_t d = 0; d < 3; ++d) scene_info.gravity[d] += g[d];
-  }
+  const Mobility mobility(lmp);
+  const ScriptGravity gravity = script_gravity(
+      lmp, [&](int i) { return is_mobile(atom->mask[i]) && !mobility.held(atom->mask[i]); });
+  if (gravity.other)
+    stop_run(lmp, fmt::format("fix couple/fluid: atom {} has another gravity than other mobile "
+                              "spheres; put all of them in the group of 'fix gravity'",
+                              *gravity.other));
+  scene_info.has_gravity = gravity.stated ? 1 : 0;
+  scene_info.gravity = gravity.value;
   scene_info.force_factor = force->ftm2v;
   for (int i = 0; i < atom->nlocal; ++i)
     if ((atom->mask[i] & groupbit) != 0)
       ++(is_mobile(atom->mask[i]) ? scene_info.mobile : scene_info.fixed);
   scene_info.mobile = reduced(scene_info.mobile, MPI_INT64_T, MPI_SUM, world);
   scene_info.fixed = reduced(scene_info.fixed, MPI_INT64_T, MPI_SUM, world);
+  scene_info.inserts = inserting_fixes(lmp);
   // A script may state the fluid's values for use without a fluid; then they have to be the same.
   const FluidValue density = FluidValue::find(lmp, "", "fluidDensity");
   const FluidValue viscosity = FluidValue::find(lmp, "", "fluidViscosity");

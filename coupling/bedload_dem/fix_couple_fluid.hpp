@@ -91,6 +91,8 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   /// The same where a fixed sphere is moved by a fix, or where the fixed ones are no more those
   /// that the fluid received. Collective.
   void check_fixed() const;
+  /// Whether the script names a group of fixed spheres.
+  bool names_fixed() const { return fixed_bit_ != 0; }
   /// Keeps what the script has made, the first time; and that. Collective.
   void note_script_atoms() {
     if (!made_by_script_) made_by_script_ = ScriptAtoms::of(lmp);

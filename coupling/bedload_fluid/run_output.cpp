@@ -85,7 +85,7 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
   // The row of the checkpoint's step stands there already, should no step follow.
   if (resume && first_step_ % settings_.output.history_every == 0) history_step_ = first_step_;
   on_first_rank(comm, [&] { write_settings_file(folder_, settings_, numbers); });
-  if (simulation_.began_with_spheres())
+  if (simulation_.may_have_spheres())
     spheres_ =
         std::make_unique<SphereWriter>(folder_, comm, simulation_.fixed_here(), resume_after);
   on_first_rank(comm, [&] { history_ = std::make_unique<History>(folder_, resume_after); });

@@ -69,7 +69,7 @@ void Simulation<Real>::count_spheres() {
   account_.mobile = static_cast<std::int64_t>(sums[0]);
   account_.kinds = sums[1];
   has_fixed_ = sums[2] > 0.0;
-  began_with_spheres_ = has_fixed_ || sums[0] > 0.0;
+  may_have_spheres_ = partner_ != nullptr || has_fixed_;
   buoyancy_of_fixed_ = Vec3(&sums[3]);
 }
 

@@ -45,8 +45,9 @@ class Simulation {
 
   /// Those near this rank's block.
   const std::vector<SphereState>& spheres() const { return spheres_; }
-  /// Whether the run has begun with spheres; the same on every rank.
-  bool began_with_spheres() const { return began_with_spheres_; }
+  /// Whether there have been spheres at its begin, or a partner who may insert some; the same on
+  /// every rank.
+  bool may_have_spheres() const { return may_have_spheres_; }
   /// The mobile, or fixed, spheres whose centre lies in this rank's block.
   std::vector<SphereState> mobile_here() const { return here(true); }
   std::vector<SphereState> fixed_here() const { return here(false); }
@@ -106,7 +107,7 @@ class Simulation {
   StepAccount account_;
   SphereChanges changes_;
   bool spheres_changed_ = false;
-  bool began_with_spheres_ = false;
+  bool may_have_spheres_ = false;
   bool has_fixed_ = false;                       ///< on some rank
   Vec3 buoyancy_of_fixed_ = Vec3::Zero();        ///< on all of them
   std::unique_ptr<EnergyAccount<Real>> energy_;  ///< where it is asked for

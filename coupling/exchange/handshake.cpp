@@ -28,7 +28,7 @@ std::optional<std::string> gravity_disagreement(const FluidSceneInfo& fluid,
       return dem.has_gravity != 0
                  ? fmt::format(
                        "gravity is {} in fluid.toml (fluid.gravity) but {} in the LIGGGHTS script "
-                       "(fix gravity).",
+                       "(fix gravity and its group).",
                        text(fluid.gravity), text(dem.gravity))
                  : fmt::format(
                        "gravity is {} in fluid.toml (fluid.gravity) but the LIGGGHTS script has no "
@@ -79,9 +79,10 @@ std::optional<std::string> disagreement(const FluidSceneInfo& fluid, const DemSc
         1.0 / dem.force_factor);
   for (const auto& check : {box_disagreement, gravity_disagreement, material_disagreement})
     if (auto sentence = check(fluid, dem)) return sentence;
-  if (dem.mobile + dem.fixed == 0)
-    return "the group of fix couple/fluid holds no atom, so there is nothing to couple; create the "
-           "atoms before coupled_run, or run bedload-fluid alone.";
+  if (dem.mobile + dem.fixed + dem.inserts == 0)
+    return "the group of fix couple/fluid holds no atom and no fix inserts any, so there is "
+           "nothing "
+           "to couple; create the atoms before coupled_run, or run bedload-fluid alone.";
   return std::nullopt;
 }
 

@@ -104,6 +104,7 @@ struct DemSceneInfo {
   Triple gravity;            ///< [L/T^2]
   double force_factor;       ///< LIGGGHTS' ftm2v: 1 in units where force = mass * acceleration
   std::int64_t mobile, fixed;
+  std::int64_t inserts;  ///< fixes that may insert spheres while it runs
   double density,
       viscosity;  ///< the fluid's (dynamic), as the script states them; NaN: it does not
 };

@@ -3,7 +3,7 @@ coupled_run, or lets a fix make one in the middle of it, meets the same rules an
 
 import pytest
 
-from pocket import changed_jobs, check_refused
+from pocket import FLOOR, changed_jobs, check_refused
 
 MOTION = "fix             motion grains nve/sphere"
 VELOCITY = "velocity        grains set 0.7 -0.6 0.05 units box"
@@ -42,12 +42,14 @@ REFUSED = {
     "set into another": (between("set atom 10 x 2.0 y 1.75 z 1.1"), ["overlap", "at most 0.5"]),
     "inserted too small": (before(SMALL), ["atom 11", "1.6 cells across"]),
     "integrator gone": (between("unfix motion"), ["atom 9 is mobile and has a speed", "nve/sphere"]),
+    "clumps": (before("fix clumps grains multisphere"), ["fix multisphere (id clumps)", "spheres only"]),
     "no integrator": ((MOTION, ""), ["atom 9 is mobile and has a speed", "nve/sphere"]),
 }  # fmt: skip
 
 WARNED = {
     "grains that nothing moves": ((f"{VELOCITY}", "velocity grains set 0 0 0 units box"), (MOTION, "")),
     "unequal grains later": (between("set atom 10 diameter 1.0 density 160"),),
+    "no wall and no bed": (("couple/fluid fixed bed", "couple/fluid"), (f"fix             floor all {FLOOR}\n", "")),
 }
 
 
@@ -73,3 +75,11 @@ def test_a_warning_comes_when_the_spheres_call_for_it(results):
     result = results["unequal grains later"]
     assert result.status == 0, result.output
     assert result.output.count("64 times the mass of the lightest") == 1
+
+
+def test_grains_that_nothing_keeps_in_the_box_are_warned_of(results):
+    result = results["no wall and no bed"]
+    assert result.status == 0, result.output
+    assert result.output.count("gravity points along y, but the script has no wall") == 1
+    assert "yplane 0 " in result.output
+    assert "has no wall" not in results["unequal grains later"].output  # there a floor and a bed

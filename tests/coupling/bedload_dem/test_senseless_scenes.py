@@ -8,6 +8,7 @@ from pocket import changed_jobs, check_refused
 
 GRAIN = "create_atoms    2 single 3.3 2.0 0.5 units box"
 VELOCITY = "velocity        grains"
+WEIGHT = "fix             weight all gravity 0.5 vector 0 -1 0"
 
 
 def grain(*places):
@@ -36,18 +37,30 @@ REFUSED = {
     ),
     "restitution above one": (("2 0.9 0.9 0.9 0.9", "2 0.9 0.9 0.9 1.1"), ["between 0.01 and 1", "1.1"]),
     "friction below zero": (("0.15 0.15 0.15 0.15", "0.15 0.15 0.15 -1"), ["coefficientFriction", "-1"]),
+    "weight for the bed alone": (
+        (WEIGHT, WEIGHT.replace("all", "bed")),
+        ["gravity is (0, -0.5, 0)", "(0, 0, 0) in the LIGGGHTS script", "its group"],
+    ),
+    "weight for one grain of two": (
+        (WEIGHT, "group one id 9\n" + WEIGHT.replace("all", "one")),
+        ["atom 10 has another gravity"],
+    ),
     "another box": (("block 0 4 0 3 0 2 units box\ncreate_box", "block 0 4 0 3.5 0 2 units box\ncreate_box"),
                     ["along y is [0, 3]", "[0, 3.5]"]),
 }  # fmt: skip
 
 
 NOT_MADE = {"beyond x": grain("5.3 2.0 0.5"), "beyond y": grain("3.3 3.2 0.5")}
-A_SKIN = grain("2.75 1.75 1.1")
+TAKEN = {
+    "a skin of overlap": grain("2.75 1.75 1.1"),  # a dense start, not a mistake
+    "weight by two fixes": (WEIGHT, WEIGHT.replace("all", "bed") + "\n"
+                            + WEIGHT.replace("weight all", "load grains")),
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    changes = {case: change for case, (change, _) in REFUSED.items()} | NOT_MADE | {"a skin": A_SKIN}
+    changes = {case: change for case, (change, _) in REFUSED.items()} | NOT_MADE | TAKEN
     cases = {case: (change,) for case, change in changes.items()}
     return changed_jobs(tmp_path_factory.mktemp("senseless"), cases, steps=2)
 
@@ -65,6 +78,6 @@ def test_a_grain_that_is_not_made_is_warned_of(results, case):
     assert "1 mobile spheres" in results[case].output
 
 
-def test_a_skin_of_overlap_is_taken(results):
-    """Grains a little in each other are a dense start, not a mistake."""
-    assert results["a skin"].status == 0, results["a skin"].output
+@pytest.mark.parametrize("case", TAKEN)
+def test_taken(results, case):
+    assert results[case].status == 0, results[case].output

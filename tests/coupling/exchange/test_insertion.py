@@ -99,3 +99,17 @@ def test_numbered_anew(tmp_path):
     result = start(tmp_path, (1, 2), last=two_runs("compress yes"))[1]
     assert result.status != 0
     assert "compress no" in result.output and "had another number" in result.output
+
+
+def test_into_an_empty_box(tmp_path):
+    """No sphere at the start, neither fixed nor mobile; the fluid knows those that come."""
+    text = (SCENE / "in.liggghts").read_text().replace("fix             fluid", PACK)
+    kept = [line for line in text.splitlines() if not line.startswith(("create_atoms", "set ", "velocity"))]
+    (tmp_path / "in.liggghts").write_text("\n".join(kept).replace("thermo ", COUNT + "thermo ") + "\n")
+    result = job(tmp_path / "out", "--steps", "8", script=tmp_path / "in.liggghts", ranks=(1, 2))
+    assert result.status == 0, result.output
+    spheres = numbers(tmp_path / "out" / "spheres.h5")
+    assert len(spheres["fixed/tag"]) == 0
+    last = spheres["mobile/step"] == 8
+    assert last.sum() >= 5 and (np.abs(spheres["mobile/force"][last]) > 0).all()
+    assert max(float(row["momentum_residual"]) for row in rows(tmp_path / "out" / "history.csv")) < ROUND_OFF

@@ -1,0 +1,20 @@
+#pragma once
+
+namespace LAMMPS_NS {
+class LAMMPS;
+}
+
+namespace bedload {
+
+/// How many fixes may insert spheres while a run goes on.
+int inserting_fixes(LAMMPS_NS::LAMMPS* lmp);
+
+/// Ends the job where the script holds spheres together by a fix multisphere: loads would move each
+/// of them alone.
+void refuse_clumps(LAMMPS_NS::LAMMPS* lmp);
+
+/// Warns where gravity points along a direction with ends, but no fix and no fixed sphere keeps
+/// spheres from those: the fluid's walls stop the fluid alone.
+void warn_without_walls(LAMMPS_NS::LAMMPS* lmp, bool fixed_spheres);
+
+}  // namespace bedload
