@@ -11,8 +11,9 @@ MOST_ROWS = 400  # of a table that is shown
 
 
 def is_kept(folder: Path) -> bool:
-    """Whether the folder holds a study's results and not a run."""
-    return not (folder / "settings.toml").is_file() and any(_parts(folder))
+    """Whether the folder holds a study's results and not a run or a scene."""
+    of_others = any((folder / name).is_file() for name in ("settings.toml", "fluid.toml"))
+    return not of_others and any(_parts(folder))
 
 
 def _parts(folder: Path) -> Iterator[Path]:

@@ -78,6 +78,9 @@ class Run:
     def __init__(self, folder: Path):
         self.folder = Path(folder)
         if not (self.folder / "settings.toml").is_file():
+            if (self.folder / "fluid.toml").is_file():
+                raise MissingOutput(f"{self.folder} is a scene; the output of its runs is another folder, "
+                                    "runs/SCENE-MODEL where none was named.")  # fmt: skip
             raise MissingOutput(f"{self.folder} has no settings.toml, so it is no output of a run.")
 
     @property

@@ -185,3 +185,12 @@ def test_a_folder_of_kept_results_becomes_a_page(tmp_path):
     assert '<td class="">4.3</td>' in page
     (tmp_path / "settings.toml").write_text("")
     assert not kept_page.is_kept(tmp_path)  # a run
+
+
+def test_a_scene_is_no_output(tmp_path):
+    """Its README is not taken for a page of results."""
+    (tmp_path / "README.md").write_text("A scene.")
+    (tmp_path / "fluid.toml").touch()
+    assert not kept_page.is_kept(tmp_path)
+    with pytest.raises(MissingOutput, match="is a scene; the output of its runs is another folder"):
+        Run(tmp_path)
