@@ -35,7 +35,8 @@ class Reference:
 CASES_OF_FLUX = (
     Reference(0.301, 7.05, 7.15, 0.24, 0.224, (5e-3, 1.9e-2)),
     Reference(0.402, 8.15, 8.31, 0.24, 0.222, (5e-3, 1.6e-2), (
-        {"flow.bulk_velocity": 0.0254, "reference.velocity": 0.0493, "reference.height": 8.15},
+        {"flow.bulk_velocity": 0.0254, "reference.velocity": 0.0493, "reference.height": 8.15,
+         "start.velocity": 0.0493, "start.height": 8.0},
         {"bed_file": "bed_0.402.data"},
     )),
 )
@@ -154,8 +155,7 @@ def deep(stress: float, height: float) -> tuple[dict[str, object], dict[str, obj
     channel whose clear height is `height` times as high: the flux is stress height^2 times. All times are `stress`
     times shorter, so that the bed's surface is sheared as far in as many steps. The flow starts as the parabola above
     the bed: from rest, the push that sets it in motion loosens the whole bed, which then takes thousands of time units
-    to settle again. Contacts overlap a fifth of the default under weight: until they bear it, which takes as long as
-    the fluid between them needs to leave (about 1e-4 D a time unit), the bed flows as a suspension."""
+    to settle again."""
     clear = CASES_OF_FLUX[0].height * height
     top = float(round(DEEP + clear))
     fluid: dict[str, object] = {
@@ -166,7 +166,7 @@ def deep(stress: float, height: float) -> tuple[dict[str, object], dict[str, obj
         "time.step": round(0.2 / stress, 6), "time.end": round(WINDOW[1] / stress, 6),
         "output.spheres_every": round(2.0 / stress, 6), "statistics.from": round(WINDOW[0] / stress, 6),
     }  # fmt: skip
-    return fluid, {"bed_file": "bed_deep.data", "length_y": top, "contact_settings": "restingOverlap 0.0002"}
+    return fluid, {"bed_file": "bed_deep.data", "length_y": top}
 
 
 def law_point(run: Run, window: tuple[float, float]) -> tuple[float, float]:
