@@ -127,13 +127,15 @@ def erosion_at(runner: Runner, reference: Reference) -> Result:
         "Shields number test the stress over a bed that moves, and the flux tests how it moves. The box is 8 D x 6 D "
         "(11.3 D x 11.3 D there) and the bed 9 D deep (15 D there)."
     )
-    run = runner("../laminar_erosion", f"erosion-{reference.reynolds:g}", *reference.changes)
+    fluid, variables = reference.changes
+    run = runner("../laminar_erosion", f"erosion-{reference.reynolds:g}", fluid, variables)
     s = flow_statistics.read(run)
     top, diameter = float(run.box[1]), run.diameter
     result.rows += rows_of(s, top, reference, diameter)
     before, last = fluxes_over_time(run)
     result.rows.append(Row(f"Re_b {reference.reynolds:g}: flux of grains, last quarter of the time over the third",
                            last / before, 1.0, source="steady"))  # fmt: skip
+    result.rows += without_rest(runner, reference)
     y, fastest = s["y"] / diameter, float(np.max(s["u"]))
     curve: Callable[[str, np.ndarray], Curve] = lambda label, x: Curve(
         f"Re_b {reference.reynolds:g}: {label}", np.round(x, 5).tolist(), np.round(y, 4).tolist()
@@ -141,6 +143,23 @@ def erosion_at(runner: Runner, reference: Reference) -> Result:
     result.curves += [curve("share of grains", s["grains"]), curve("fluid u", s["u"] / fastest),
                       curve("grains u", np.where(s["mobile"] > 1e-3, s["grain_u"], np.nan) / fastest)]  # fmt: skip
     return result
+
+
+def without_rest(runner: Runner, reference: Reference) -> list[Row]:
+    """The same with actm_hw, whose contacts have no friction at rest: h_f and the grains' flux."""
+    fluid, variables = reference.changes
+    label = f"erosion-{reference.reynolds:g}-actm_hw"
+    run = runner("../laminar_erosion", label, fluid, dict(variables) | {"model": "actm_hw"})
+    s = flow_statistics.read(run)
+    flux, grains = fluxes(s)
+    height = height_of_stress(flux, float(s.wall_stress[1]) / s.density, s.viscosity) / run.diameter
+    low, high = reference.flux
+    name = f"Re_b {reference.reynolds:g}, actm_hw (no friction at rest)"
+    return [
+        Row(f"{name}: h_f/D of the flux and the upper wall's stress", height, reference.height, source=MEASURED),
+        Row(f"{name}: flux of grains over fluid", grains / flux, 0.5 * (low + high),
+            source=f"middle of {low:g} to {high:g}, {MEASURED}"),
+    ]  # fmt: skip
 
 
 DEEP = 13.0  # D: depth of bed_deep.data
