@@ -81,8 +81,7 @@ std::optional<std::string> disagreement(const FluidSceneInfo& fluid, const DemSc
     if (auto sentence = check(fluid, dem)) return sentence;
   if (dem.mobile + dem.fixed + dem.inserts == 0)
     return "the group of fix couple/fluid holds no atom and no fix inserts any, so there is "
-           "nothing "
-           "to couple; create the atoms before coupled_run, or run bedload-fluid alone.";
+           "nothing to couple; create the atoms before coupled_run, or run bedload-fluid alone.";
   return std::nullopt;
 }
 

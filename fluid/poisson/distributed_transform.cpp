@@ -65,7 +65,7 @@ DistributedTransform<Real>::DistributedTransform(const Grid& grid, int component
       all_rows_(grid.cells[2]),
       all_columns_(this->periodic_x() ? nx_ / 2 + 1 : nx_),
       column_width_(this->periodic_x() ? 2 : 1),
-      places_(in_parts() ? coprime_parts(all_rows_) : std::vector<int>{all_rows_}) {
+      places_(parts_of_z()) {
   const bool half = this->periodic_z() && !this->periodic_x();
   this->shape_modes(1, (half ? all_rows_ / 2 + 1 : all_rows_) * own_columns());
   // Sine and cosine transforms there and back multiply by twice the cells; along periodic x, too,

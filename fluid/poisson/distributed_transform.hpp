@@ -53,10 +53,13 @@ class DistributedTransform final : public PlaneTransform<Real> {
 
   int first_column(int rank) const { return all_columns_ * rank / ranks_; }
   int own_columns() const { return first_column(rank_ + 1) - first_column(rank_); }
-  /// Whether z's transform is one of parts without common factors. In double precision the two
-  /// copies of the rows to and from their order take as long as it gains.
-  bool in_parts() const {
-    return this->periodic_x() && this->periodic_z() && sizeof(Real) < sizeof(double);
+  /// Whether z's transform is one of parts without common factors.
+  bool in_parts() const { return places_.parts.size() > 1; }
+  /// z's parts. In double precision the copies of the rows to and from their order take as long as
+  /// parts gain.
+  std::vector<int> parts_of_z() const {
+    const bool gain = this->periodic_x() && this->periodic_z() && sizeof(Real) < sizeof(double);
+    return gain ? coprime_parts(all_rows_) : std::vector<int>{all_rows_};
   }
   std::size_t column_row() const;  ///< reals of one row of the own columns
   /// From one row of columns_ to the next: some empty ones fill the last register of columns.

@@ -56,6 +56,11 @@ def height_of_stress(flux: float, stress: float, viscosity: float) -> float:
     return float(np.sqrt(6.0 * viscosity * flux / stress))
 
 
+def height_of_flow(s: FlowStatistics) -> float:
+    """The same of a run's flux of the fluid and the upper wall's stress."""
+    return height_of_stress(fluxes(s)[0], float(s.wall_stress[1]) / s.density, s.viscosity)
+
+
 def fluxes(s: FlowStatistics) -> tuple[float, float]:
     """Of the fluid and of the grains, for a unit width: sum over the planes of share, velocity and height."""
     dy = np.diff(s["y_face"])
@@ -76,7 +81,7 @@ def rows_of(s: FlowStatistics, top: float, reference: Reference, diameter: float
     bulk = packing_inside(s, diameter)
     half = height_above(s["y"], s["grains"], 0.5 * bulk, top) / diameter
     loose = height_above(s["y"], s["grains"], LOOSE, top) / diameter
-    stress = height_of_stress(fluid, float(s.wall_stress[1]) / s.density, s.viscosity) / diameter
+    stress = height_of_flow(s) / diameter
 
     def shields(height: float) -> float:
         return 6.0 * found / GALILEO**2 / height**2
@@ -152,7 +157,7 @@ def without_rest(runner: Runner, reference: Reference) -> list[Row]:
     run = runner("../laminar_erosion", label, fluid, dict(variables) | {"model": "actm_hw"})
     s = flow_statistics.read(run)
     flux, grains = fluxes(s)
-    height = height_of_stress(flux, float(s.wall_stress[1]) / s.density, s.viscosity) / run.diameter
+    height = height_of_flow(s) / run.diameter
     low, high = reference.flux
     name = f"Re_b {reference.reynolds:g}, actm_hw (no friction at rest)"
     return [
