@@ -91,6 +91,7 @@ void CoupledRun::run(int narg, char** arg) {
   fluid->check_tags();
   fluid->check_fixed();
   warn_without_walls(lmp, fluid->names_fixed());
+  warn_without_spin(lmp);
   prepare(*fluid);
 
   moved_ = true;

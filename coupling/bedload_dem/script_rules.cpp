@@ -17,13 +17,18 @@
 namespace bedload {
 namespace {
 
-/// The first fix whose style begins like this; nullptr: there is none.
-const LAMMPS_NS::Fix* find_fix(const LAMMPS_NS::Modify& modify, std::string_view style) {
-  const auto* const end = modify.fix + modify.nfix;
-  const auto* const found = std::find_if(
-      modify.fix, modify.fix + modify.nfix,
-      [&](const auto* fix) { return std::string_view(fix->style).starts_with(style); });
+/// The first fix whose style is `wanted`; nullptr: there is none.
+template <class Wanted>
+const LAMMPS_NS::Fix* find_fix(const LAMMPS_NS::Modify& modify, Wanted wanted) {
+  auto* const* const begin = modify.fix;
+  auto* const* const end = begin + modify.nfix;
+  auto* const* const found =
+      std::find_if(begin, end, [&](const auto* fix) { return wanted(fix->style); });
   return found == end ? nullptr : *found;
+}
+
+auto begins(std::string_view start) {
+  return [start](std::string_view style) { return style.starts_with(start); };
 }
 
 }  // namespace
@@ -36,7 +41,7 @@ int inserting_fixes(LAMMPS_NS::LAMMPS* lmp) {
 }
 
 void refuse_clumps(LAMMPS_NS::LAMMPS* lmp) {
-  if (const auto* const clumps = find_fix(*lmp->modify, "multisphere"))
+  if (const auto* const clumps = find_fix(*lmp->modify, begins("multisphere")))
     stop_run(lmp,
              fmt::format("fix couple/fluid: fix {} (id {}) makes clumps, and bedload has spheres "
                          "only: each would be loaded and moved by itself",
@@ -44,7 +49,7 @@ void refuse_clumps(LAMMPS_NS::LAMMPS* lmp) {
 }
 
 void warn_without_walls(LAMMPS_NS::LAMMPS* lmp, bool fixed_spheres) {
-  if (fixed_spheres || find_fix(*lmp->modify, "wall/") != nullptr) return;
+  if (fixed_spheres || find_fix(*lmp->modify, begins("wall/")) != nullptr) return;
   const Triple gravity = script_gravity(lmp, [](int) { return false; }).value;
   for (std::size_t d = 0; d < 3; ++d)
     if (gravity[d] != 0.0 && lmp->domain->periodicity[d] == 0 && lmp->comm->me == 0)
@@ -55,6 +60,18 @@ void warn_without_walls(LAMMPS_NS::LAMMPS* lmp, bool fixed_spheres) {
                       "'fix ID all wall/gran ... primitive type 1 {0}plane {1} ...'",
                       "xyz"[d], gravity[d] < 0.0 ? lmp->domain->boxlo[d] : lmp->domain->boxhi[d])
               .c_str());
+}
+
+void warn_without_spin(LAMMPS_NS::LAMMPS* lmp) {
+  const auto* const mover = find_fix(
+      *lmp->modify, [](std::string_view style) { return style == "nve" || style == "nve/limit"; });
+  if (mover == nullptr || lmp->comm->me != 0) return;
+  lmp->error->warning(
+      FLERR,
+      fmt::format("fix couple/fluid: fix {} (id {}) moves spheres without turning them, so that "
+                  "they slide where they should roll; write 'fix {} GROUP nve/sphere'",
+                  mover->style, mover->id, mover->id)
+          .c_str());
 }
 
 }  // namespace bedload

@@ -17,4 +17,8 @@ void refuse_clumps(LAMMPS_NS::LAMMPS* lmp);
 /// spheres from those: the fluid's walls stop the fluid alone.
 void warn_without_walls(LAMMPS_NS::LAMMPS* lmp, bool fixed_spheres);
 
+/// Warns of a fix nve, which moves spheres but never turns them: friction and the fluid's torque
+/// would come to nothing.
+void warn_without_spin(LAMMPS_NS::LAMMPS* lmp);
+
 }  // namespace bedload

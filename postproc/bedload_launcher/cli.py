@@ -15,7 +15,7 @@ from . import lint as checks
 from .build import FOLDER, ROOT, build
 from .errors import UserError, unknown
 from .machine import available_memory, processors
-from .scenes import DEFAULT, all_scenes, choose_model, find_scene
+from .scenes import DEFAULT, all_scenes, choose_model, find_scene, read_variables
 from .studies import all_studies, run_study
 from .words import plain, say
 
@@ -116,8 +116,10 @@ def estimate(options: argparse.Namespace) -> int:
     model = choose_model(scene, options.model)
     ranks = job.Ranks.parse(options.ranks)
     settings = presets.settings_of(options.accuracy, scene, options.set)
+    variables = read_variables(scene, model, options.var)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
-    cost = predict.estimate(scene, model, ranks, settings, scene.cells(settings), say)
+    whole = job.Job(scene, model, ranks, scene.folder, settings, variables=variables)
+    cost = predict.estimate(whole, scene.cells(settings), say)
     print(predict.describe(cost, ranks, scene.moves_grains, available_memory()))
     errors = presets.measured_errors(options.accuracy or "standard", presets.cases_like(scene, model))
     if errors:
@@ -212,6 +214,7 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     sub.add_argument("--accuracy", metavar="PRESET", help="as for run")
     sub.add_argument("--ranks", metavar="FLUID:DEM", help="as for run")
     sub.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as for run")
+    sub.add_argument("--var", action="append", default=[], metavar="NAME=VALUE", help="as for run")
 
     sub = command("show", show, "make pictures, numbers and report of a run's output folder again")
     sub.add_argument(

@@ -20,7 +20,6 @@ from dataclasses import dataclass, replace
 
 from . import job
 from .errors import UserError
-from .scenes import Scene
 from .trial import Trial, run_trial
 from .words import end_of
 
@@ -207,20 +206,19 @@ def smallest_grid(cells: tuple[int, int, int]) -> tuple[int, int, int]:
     return shrunk(cells, m, unit)
 
 
-def on_grid(overrides: list[str], grid: tuple[int, int, int]) -> list[str]:
+def on_grid(overrides: Sequence[str], grid: tuple[int, int, int]) -> list[str]:
     return [*overrides, f"grid.cells=[{grid[0]}, {grid[1]}, {grid[2]}]"]
 
 
 def estimate(
-    scene: Scene, model: str | None, ranks: job.Ranks, overrides: list[str],
-    cells: tuple[int, int, int], say: Callable[[str], None], most: int = MANY_CELLS,
-) -> Estimate:  # fmt: skip
-    """Runs the trials of `scene`, whose own grid has `cells`, on at most `most` cells, and scales them."""
+    whole: job.Job, cells: tuple[int, int, int], say: Callable[[str], None], most: int = MANY_CELLS
+) -> Estimate:
+    """Runs the trials of `whole`, whose grid has `cells`, on at most `most` cells, and scales them."""
     trials: list[Trial] = []
     longer = None
     for grid in smaller_grids(cells, most):
         say(f"bedload: trying {STEPS} steps on {grid[0]} x {grid[1]} x {grid[2]} cells")
-        work = job.Job(scene, model, ranks, scene.folder, on_grid(overrides, grid), STEPS)
+        work = replace(whole, overrides=on_grid(whole.overrides, grid), steps=STEPS)
         if not trials:
             longer = run_trial(replace(work, steps=LONGER * STEPS))
             trials.append(fastest([*(run_trial(work) for _ in range(REPEATS - 1)), longer]))
@@ -230,7 +228,7 @@ def estimate(
         except UserError as error:
             say(f"bedload: the scene does not run on that one ({reason(str(error))}); the other's memory is "
                 "scaled by cells")  # fmt: skip
-    return from_trials(cells, trials, longer, program_memory(scene, ranks, overrides, cells))
+    return from_trials(cells, trials, longer, program_memory(whole, cells))
 
 
 def reason(words: str) -> str:
@@ -238,12 +236,10 @@ def reason(words: str) -> str:
     return (end_of(words).split(": ", 1)[-1] or words.strip().splitlines()[-1]).rstrip(".")
 
 
-def program_memory(
-    scene: Scene, ranks: job.Ranks, overrides: list[str], cells: tuple[int, int, int]
-) -> float:
+def program_memory(whole: job.Job, cells: tuple[int, int, int]) -> float:
     """Peak memory of the fluid's ranks without spheres on the smallest grid; 0 where that does not run."""
-    line = on_grid([*overrides, 'spheres.file=""'], smallest_grid(cells))
-    work = job.Job(scene, None, ranks, scene.folder, line, 2, fluid_alone=True)
+    line = on_grid([*whole.overrides, 'spheres.file=""'], smallest_grid(cells))
+    work = replace(whole, overrides=line, steps=2, fluid_alone=True)
     try:
         return run_trial(work).fluid_bytes
     except UserError:

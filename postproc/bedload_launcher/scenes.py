@@ -178,7 +178,7 @@ def read_variables(scene: Scene, model: str | None, settings: Sequence[str]) -> 
         given[name.strip()] = value.strip()
     known = scene.variables(given | ({"model": model} if model else {}))
     if "model" in given:
-        raise UserError(f"--var {settings[0]}: the model is chosen by --model.")
+        raise UserError(f"--var model={given['model']}: the model is chosen by --model.")
     for name in given:
         if name not in known:
             raise unknown(f"variable of {scene.name}'s in.liggghts", name, known)

@@ -22,7 +22,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from bedload_launcher import job
+from bedload_launcher import cost, job
 from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import INPUTS, Scene, choose_model, find_scene
 from bedload_launcher.verdicts import LEAVE_OUT, TOLERANCE
@@ -212,7 +212,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quantity", metavar="NAME", help="what is judged (default: the first that moves of grain "
                         "velocity, driving force, flow energy)")  # fmt: skip
     parser.add_argument("--steps", type=int, help="of each run (default: as many as fit into --hours)")
-    parser.add_argument("--hours", type=float, default=0.2, help="of all runs together (default: 0.2)")
+    parser.add_argument("--hours", type=float, default=0.2, help="of all runs together (default: 0.2); each variant "
+                        "runs once whatever that takes")  # fmt: skip
     parser.add_argument("--out", type=Path, help="folder of the table (default: runs/effects-SCENE)")
 
 
@@ -243,7 +244,8 @@ def run(options: argparse.Namespace) -> int:
         most = math.ceil(trial.settings["time"]["end"] / trial.settings["time"]["step"])
         fitting = 3600.0 * options.hours * ranks.fluid / (REPEATS * len(todo) * trial.price / 10)
         steps = options.steps or int(min(max(fitting, FEWEST_STEPS), most))
-        say(f"bedload: {len(todo)} runs of {steps} steps, in turn")
+        once_each = len(todo) * steps * trial.price / 10 / ranks.fluid
+        say(f"bedload: {len(todo)} runs of {steps} steps, in turn, some {cost.duration(once_each)} once each")
         # Before the others, so that none of them runs in vain.
         base = once(as_it_is, steps, start.price)
         since = half_way(base)

@@ -80,14 +80,13 @@ def judge(name: str, ranks: job.Ranks) -> list[Judged]:
     """Predicts twice, then runs to the end."""
     case = CASES[name]
     scene = find_scene(case.scene)
-    model = choose_model(scene, None)
-    settings = list(case.settings)
-    cells = scene.cells(settings)
+    whole = job.Job(scene, choose_model(scene, None), ranks, scene.folder, case.settings)
+    cells = scene.cells(list(case.settings))
     found = [
-        cost.estimate(scene, model, ranks, settings, cells, say, most)
+        cost.estimate(whole, cells, say, most)
         for most in (cost.MANY_CELLS, int(PART * math.prod(cells)))
     ]
-    run = run_trial(job.Job(scene, model, ranks, scene.folder, settings))
+    run = run_trial(whole)
     return [
         Judged(name, " x ".join(map(str, e.trial_cells)), run.steps, e.seconds, run.wall_seconds,
                1e-6 * (e.fluid_bytes + e.dem_bytes), 1e-6 * (run.fluid_bytes + run.dem_bytes))

@@ -1,11 +1,14 @@
 """The estimate of a scene's cost: grids of the trials, scaling by part, memory by program, markers and cells."""
 
+import json
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from bedload_launcher import cost, job
 from bedload_launcher.errors import UserError
+from bedload_launcher.scenes import find_scene
 from bedload_launcher.trial import Trial, allowed_step, derived_numbers
 
 
@@ -153,3 +156,24 @@ def test_size_of_the_samples_is_said(every, samples):
     assert f"spheres.h5     {size}: 1000 mobile spheres, {samples} samples" in cost.describe(
         e, job.Ranks(1, 1), True, 1e12
     )
+
+
+def test_trials_are_the_run_on_smaller_grids(monkeypatch):
+    """Model, ranks and variables of the script are the run's own, the grid and the number of steps the trial's."""
+    tried = []
+
+    def run_trial(work):
+        tried.append(work)
+        return trial(json.loads(work.overrides[-1].split("=")[1]), {"momentum": 1.0})
+
+    monkeypatch.setattr(cost, "run_trial", run_trial)
+    whole = job.Job(
+        find_scene("setup2_small"), "rpm", job.Ranks(2, 1), Path("."), ["time.end=5"], variables={"friction": "0.3"}
+    )
+    cost.estimate(whole, (64, 64, 64), print)
+    assert len(tried) == cost.REPEATS + 2
+    for work in tried:
+        assert (work.model, work.ranks, work.variables) == ("rpm", job.Ranks(2, 1), {"friction": "0.3"})
+        assert work.overrides[0] == "time.end=5" and work.overrides[-1].startswith("grid.cells=")
+        assert work.steps
+    assert tried[-1].fluid_alone and not tried[0].fluid_alone

@@ -50,6 +50,7 @@ WARNED = {
     "grains that nothing moves": ((f"{VELOCITY}", "velocity grains set 0 0 0 units box"), (MOTION, "")),
     "unequal grains later": (between("set atom 10 diameter 1.0 density 160"),),
     "no wall and no bed": (("couple/fluid fixed bed", "couple/fluid"), (f"fix             floor all {FLOOR}\n", "")),
+    "grains that never turn": ((MOTION, MOTION.removesuffix("/sphere")),),
 }
 
 
@@ -83,3 +84,10 @@ def test_grains_that_nothing_keeps_in_the_box_are_warned_of(results):
     assert result.output.count("gravity points along y, but the script has no wall") == 1
     assert "yplane 0 " in result.output
     assert "has no wall" not in results["unequal grains later"].output  # there a floor and a bed
+
+
+def test_grains_that_never_turn_are_warned_of(results):
+    result = results["grains that never turn"]
+    assert result.status == 0, result.output
+    assert result.output.count("fix nve (id motion) moves spheres without turning them") == 1
+    assert "without turning" not in results["unequal grains later"].output  # there nve/sphere

@@ -2,6 +2,7 @@
 `./bedload study estimate`, on a quiet machine."""
 
 import math
+from dataclasses import replace
 
 from programs import BIN
 
@@ -20,9 +21,10 @@ def test_memory_within_a_tenth(monkeypatch):
     monkeypatch.setattr(cost, "LONGER", 1)
     scene, ranks = find_scene("exposed_sphere"), launcher_job.Ranks(1, 1)
     settings = [f"grid.cells={CELLS}", "time.step=0.05"]
-    predicted_cost = cost.estimate(scene, "actm_hw", ranks, settings, tuple(CELLS), print, int(PART * math.prod(CELLS)))
+    whole = launcher_job.Job(scene, "actm_hw", ranks, scene.folder, settings)
+    predicted_cost = cost.estimate(whole, tuple(CELLS), print, int(PART * math.prod(CELLS)))
     assert math.prod(predicted_cost.trial_cells) < PART * math.prod(CELLS)
-    run = trial.run_trial(launcher_job.Job(scene, "actm_hw", ranks, scene.folder, settings, 3))
+    run = trial.run_trial(replace(whole, steps=3))
     found = run.fluid_bytes + run.dem_bytes
     predicted = predicted_cost.fluid_bytes + predicted_cost.dem_bytes
     print(predicted / found)
