@@ -12,8 +12,9 @@ namespace bedload {
 /// the fluid as far as torque goes: by how much the torque on a sphere that turns in Stokes flow is
 /// too small. Of second order in h/R, as the curvature of a surface in cells is; the coefficient is
 /// what `./bedload study validation rotation` finds at D/h = 8 to 24.
-inline double torque_deficit(double radius_in_cells) {
-  return 1.0 / (radius_in_cells * radius_in_cells);
+inline double torque_deficit(double radius_in_cells, double core_in_cells) {
+  const double share = core_in_cells / radius_in_cells;
+  return (1.0 / radius_in_cells + 0.31 * share * share) / radius_in_cells;
 }
 
 /// How far the markers' rotation runs ahead of their sphere's.
@@ -32,14 +33,14 @@ inline double torque_deficit(double radius_in_cells) {
 /// @param torque T/rho_f, mean of the stage [L^5/T^2]  @param viscosity nu [L^2/T]
 /// @param stage_step [T]
 /// @return the excess of the next stage [1/T]
-inline Vec3 next_excess_spin(const Vec3& excess, const Vec3& torque, double radius, double h,
-                             double viscosity, double stage_step) {
+inline Vec3 next_excess_spin(const Vec3& excess, const Vec3& torque, double radius, double core,
+                             double h, double viscosity, double stage_step) {
   const double rate = stage_step / (h * h);  // per viscosity
   const double share = std::min(1.0, rate * viscosity);
   const double share_over_viscosity = std::min(1.0 / viscosity, rate);
   const double stress = 8.0 * std::numbers::pi * std::pow(radius, 3);
   return (1.0 - share) * excess -
-         share_over_viscosity * torque_deficit(radius / h) / stress * torque;
+         share_over_viscosity * torque_deficit(radius / h, core / h) / stress * torque;
 }
 
 }  // namespace bedload

@@ -67,6 +67,7 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       exchange_(settings.coupling.exchange),
       most_loops_(settings.spheres.forcing_loops),
       interior_term_(settings.spheres.interior_term),
+      rigid_core_(settings.spheres.rigid_core),
       halo_(grid_, decomposition),
       mobile_halo_(grid_, decomposition),
       scratch_(grid_, {1, decomposition.rows()}, 3) {}
@@ -215,6 +216,7 @@ void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, dou
     loop_began = now;
   };
   int loops = 0;
+  carry_cores(velocity);
   halo_.refresh(velocity);
   correct_dispersion(velocity, carry_time);
   SlipSums before = find_increments(velocity), after = before;
@@ -238,6 +240,19 @@ void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, dou
     for (const std::size_t c : components)
       mobile_[n].share.after[c] = interior_.sums(3 * n + c, velocity);
   end_loop(seconds_.interior);
+}
+
+/// Ghosts near the spheres are left as they were.
+template <class Real>
+void ImmersedBoundary<Real>::carry_cores(Field<Real>& velocity) {
+  const auto carry = [&](const SphereState& sphere) {
+    const double radius = core_of(sphere.radius);
+    return radius > 0.0 ? carry_core(velocity, grid_, decomposition_, sphere, radius)
+                        : CoreChange();
+  };
+  fixed_cores_.clear();
+  for (const SphereState& sphere : fixed_) fixed_cores_.push_back(carry(sphere));
+  for (Mobile& sphere : mobile_) sphere.core = carry(sphere.state);
 }
 
 /// Ghosts near the spheres are valid before and after.
@@ -270,8 +285,9 @@ bool ImmersedBoundary<Real>::within_tolerance(double local_max) const {
 template <class Real>
 void ImmersedBoundary<Real>::sum_applied(double stage_step) {
   for (Mobile& sphere : mobile_) {
-    sphere.share.applied = {};
-    std::copy_n(sphere.carried_moment.data(), 3, sphere.share.applied_moment.begin());
+    const Vec3 moment = sphere.carried_moment + sphere.core.angular;
+    std::copy_n(sphere.core.linear.data(), 3, sphere.share.applied.begin());
+    std::copy_n(moment.data(), 3, sphere.share.applied_moment.begin());
   }
   const double to_force = density_ * grid_.cell_volume() / stage_step;
   for (int c = 0; c < 3; ++c) {
@@ -279,6 +295,11 @@ void ImmersedBoundary<Real>::sum_applied(double stage_step) {
     const int a = (c + 1) % 3, b = (c + 2) % 3;
     const auto moment_about = [](int d) { return static_cast<std::size_t>(d); };
     double by_fixed = 0.0, by_mobile = 0.0;
+    for (std::size_t n = 0; n < fixed_.size(); ++n) {
+      by_fixed += fixed_cores_[n].linear[c];
+      fixed_impulse_[n][c] += to_force * stage_step * fixed_cores_[n].linear[c];
+    }
+    for (const Mobile& sphere : mobile_) by_mobile += sphere.core.linear[c];
     for (const auto& range : fixed_lists_[component].ranges) {
       double sum = 0.0;
       for (int m = range.begin; m < range.end; ++m)

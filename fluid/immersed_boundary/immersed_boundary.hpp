@@ -20,6 +20,7 @@
 #include "fluid/immersed_boundary/marker_halo.hpp"
 #include "fluid/immersed_boundary/marker_layout.hpp"
 #include "fluid/immersed_boundary/marker_list.hpp"
+#include "fluid/immersed_boundary/rigid_core.hpp"
 #include "fluid/immersed_boundary/sphere_memory.hpp"
 #include "fluid/settings/settings.hpp"
 
@@ -168,7 +169,8 @@ class ImmersedBoundary {
     SphereMemory memory;
     /// Of the markers, in cells, by component and place in the layout; on every rank that is near.
     std::array<std::vector<Real>, 3> volumes;
-    Share share;                         ///< this rank's
+    Share share;  ///< this rank's
+    CoreChange core;
     Vec3 carried_moment = Vec3::Zero();  ///< on the fluid by dispersion_, as share.applied_moment
   };
   /// By rank: indices of the spheres that are near both that rank and this one.
@@ -202,6 +204,11 @@ class ImmersedBoundary {
   SlipSums local_slip(const Field<Real>& velocity, Use use) const;
   SlipSums find_increments(const Field<Real>& velocity);
   bool within_tolerance(double local_max) const;
+  /// Radius of a sphere's rigid core [L].
+  double core_of(double radius) const {
+    return rigid_core_ ? core_radius(radius / grid_.h) * grid_.h : 0.0;
+  }
+  void carry_cores(Field<Real>& velocity);
   void correct_dispersion(Field<Real>& velocity, double carry_time);
   void sum_applied(double stage_step);
 
@@ -216,11 +223,13 @@ class ImmersedBoundary {
   Exchange exchange_;
   int most_loops_;
   bool interior_term_;  ///< in the loads of the mobile spheres
+  bool rigid_core_;
 
   std::vector<MarkerLayout> layouts_;  ///< one per radius
   std::unordered_map<double, std::size_t> layout_by_radius_;
   std::vector<SphereState> fixed_;   ///< near this rank's block
-  std::vector<Vec3> fixed_impulse_;  ///< of their markers on the fluid, since last taken [M L/T]
+  std::vector<Vec3> fixed_impulse_;  ///< they gave to the fluid since last taken [M L/T]
+  std::vector<CoreChange> fixed_cores_;
   std::uint64_t fixed_fingerprint_ = 0;
   std::vector<Mobile> mobile_;  ///< near this rank's block, ascending tags
   Partners homes_;              ///< where shares go to

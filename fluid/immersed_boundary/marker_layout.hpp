@@ -18,10 +18,16 @@ inline int marker_count(double radius_in_cells) {
   return static_cast<int>(std::ceil(std::numbers::pi / 3.0 * (12.0 * r * r + 1.0)));
 }
 
-/// How far the markers are pulled in under the surface, in cells: 0.29 + 1.0 h/D makes the drag of
-/// an array of spheres exact to second order (README.md; the idea: Breugem, J. Comput. Phys. 231
-/// (2012)).
-inline double default_retraction(double radius_in_cells) { return 0.29 + 0.5 / radius_in_cells; }
+/// How far the markers are pulled in under the surface, in cells, so that the drag of an array of
+/// spheres is exact to second order (README.md; the idea: Breugem, J. Comput. Phys. 231 (2012)):
+///
+///   0.29 + h/D + 0.13 (r/R)^2,
+///
+/// r the radius of the rigid core, without which more leaks through the markers; 0: there is none.
+inline double default_retraction(double radius_in_cells, double core_in_cells) {
+  const double share = core_in_cells / radius_in_cells;
+  return 0.29 + 0.5 / radius_in_cells + 0.13 * share * share;
+}
 
 /// `count` points spread evenly on the unit sphere: a golden-angle spiral about y with equal steps
 /// in y, so that each point has the same area. Beginning half a step below the pole keeps the
@@ -49,10 +55,12 @@ struct MarkerLayout {
 };
 
 /// Layout for spheres of `radius` on cells of edge `h`; `retraction` in cells, negative: the
-/// default.
-inline MarkerLayout make_marker_layout(double radius, double h, double retraction) {
+/// default of spheres whose rigid core has `core_in_cells`.
+inline MarkerLayout make_marker_layout(double radius, double h, double retraction,
+                                       double core_in_cells) {
   const double cells = radius / h;
-  const double pulled_in = (retraction < 0.0 ? default_retraction(cells) : retraction) * h;
+  const double pulled_in =
+      (retraction < 0.0 ? default_retraction(cells, core_in_cells) : retraction) * h;
   MarkerLayout layout{.radius = radius, .offsets = spiral_points(marker_count(cells))};
   for (Vec3& offset : layout.offsets) {
     offset *= std::max(radius - pulled_in, 0.0);

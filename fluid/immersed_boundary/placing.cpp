@@ -31,7 +31,8 @@ constexpr int found_volumes_message = 24, all_volumes_message = 25;  // message 
 template <class Real>
 int ImmersedBoundary<Real>::layout_of(double radius) {
   const auto [known, is_new] = layout_by_radius_.try_emplace(radius, layouts_.size());
-  if (is_new) layouts_.push_back(make_marker_layout(radius, grid_.h, retraction_));
+  if (is_new)
+    layouts_.push_back(make_marker_layout(radius, grid_.h, retraction_, core_of(radius) / grid_.h));
   return static_cast<int>(known->second);
 }
 

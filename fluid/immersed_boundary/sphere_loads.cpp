@@ -183,8 +183,9 @@ std::vector<SphereLoad> ImmersedBoundary<Real>::loads(double stage_step, bool sp
     const Vec3 given =
         spheres_move ? Vec3(reaction_share(state) * memory.deferred_reaction) : Vec3::Zero();
     memory.deferred_reaction -= given;
-    memory.excess_spin = next_excess_spin(memory.excess_spin, angular_impulse / stage_step,
-                                          state.radius, grid_.h, viscosity_, stage_step);
+    memory.excess_spin =
+        next_excess_spin(memory.excess_spin, angular_impulse / stage_step, state.radius,
+                         core_of(state.radius), grid_.h, viscosity_, stage_step);
 
     const double volume = 4.0 / 3.0 * std::numbers::pi * std::pow(state.radius, 3);
     loads.push_back({.tag = state.tag,

@@ -146,7 +146,8 @@ void declare_keys(Settings& s, Visitor& key) {
   key.number("spheres.slip_tolerance", s.spheres.slip_tolerance, "L/T", not_negative,
              Need::optional, "Loops stop when no marker slips more than this.");
   key.number("spheres.retraction", s.spheres.retraction, "h", Range{-1.0, 1.0}, Need::optional,
-             "How far markers are pulled inside the surface, in cells; negative: 0.29 + 1.0 h/D.");
+             "How far markers are pulled inside the surface, in cells; negative: 0.29 + h/D + 0.13 "
+             "(1 - 6 h/D)^2, the last above D/h = 6 with spheres.rigid_core alone.");
   key.number("spheres.pressure_share", s.spheres.pressure_share, "-", Range{0.0, 1.0},
              Need::optional,
              "Share of each stage's pressure correction that the old pressure takes over.");
@@ -162,6 +163,9 @@ void declare_keys(Settings& s, Visitor& key) {
       "spheres.interior_term", s.spheres.interior_term, on_off_words,
       "Change of the momentum inside a mobile sphere as a part of its load; off: the sphere is "
       "as inert as if the fluid inside were frozen to it (to see what it does).");
+  key.word("spheres.rigid_core", s.spheres.rigid_core, on_off_words,
+           "The fluid more than three cells under a sphere's surface moves with it; off: it "
+           "circulates as markers let it (to see what it does).");
   key.word("spheres.buoyancy", s.spheres.buoyancy, on_off_words,
            "Buoyancy of the mobile spheres in fluid.gravity (off to see what it does).");
   key.word("coupling.exchange", s.coupling.exchange, exchange_words,

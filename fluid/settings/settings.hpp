@@ -100,6 +100,7 @@ struct Settings {
     // 1 - s (1 + alpha rho_f/rho_p) per stage.
     double deferred_angular_share = 0.5;
     bool interior_term = true;
+    bool rigid_core = true;
     bool buoyancy = true;
   } spheres;
   struct Coupling {
