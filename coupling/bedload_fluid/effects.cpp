@@ -107,6 +107,9 @@ std::vector<EffectRow> effects_without_verdicts(const Settings& s, const SphereN
   rows.push_back(
       row("interior term", mobile && s.spheres.interior_term,
           !mobile || s.spheres.interior_term ? how_many : "spheres.interior_term is \"off\""));
+  rows.push_back(row("rigid core", s.spheres.rigid_core,
+                     s.spheres.rigid_core ? "of spheres more than six cells across"
+                                          : "spheres.rigid_core is \"off\""));
   rows.push_back(row("extra forcing loops", s.spheres.forcing_loops > 1,
                      fmt::format("spheres.forcing_loops is {}", s.spheres.forcing_loops)));
   rows.push_back(row("buoyancy", mobile && has_gravity(s) && s.spheres.buoyancy,

@@ -72,6 +72,8 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
             yield Variant("loads", "once per step", ('coupling.exchange="step"',), turned_off=True)
         if spheres["interior_term"] == "on":
             yield Variant("interior term", "off", ('spheres.interior_term="off"',), turned_off=True)
+        if spheres["rigid_core"] == "on":
+            yield Variant("rigid core", "off", ('spheres.rigid_core="off"',), turned_off=True)
         if spheres["buoyancy"] == "on" and any(fluid["gravity"]):
             yield Variant("buoyancy", "off", ('spheres.buoyancy="off"',), turned_off=True)
         if spheres["pressure_share"] > 0.0:

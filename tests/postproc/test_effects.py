@@ -45,8 +45,11 @@ def test_lubrication_is_taken_off_before_the_grains_move(make, tmp_path):
     assert off.folder == scene.folder
 
 
+SPHERES = {"forcing_loops": 1, "pressure_share": 0.0} | dict.fromkeys(("interior_term", "rigid_core", "buoyancy"), "on")
+
+
 def test_lubrication_is_offered_where_there_is_some(tmp_path):
-    spheres = {"forcing_loops": 1, "pressure_share": 0.0, "interior_term": "on", "buoyancy": "on"}
+    spheres = dict(SPHERES)
     settings = {"fluid": {"gravity": [0.0, -1.0, 0.0]}, "spheres": spheres, "time": {"cfl": 0.0},
                 "accuracy": {"precision": "double"}, "statistics": {"every": 0},
                 "coupling": {"dem_steps": 15, "exchange": "stage"}}  # fmt: skip
@@ -57,9 +60,11 @@ def test_lubrication_is_offered_where_there_is_some(tmp_path):
         mine.write_text(text + line + "\n")
         found = [v.effect for v in effects.variants(scene, "mine", settings)]
         assert ("lubrication" in found) == offered
-    assert {"interior term", "buoyancy"} <= set(found)
-    settings["spheres"]["interior_term"], settings["fluid"]["gravity"] = "off", [0.0, 0.0, 0.0]
-    assert not {"interior term", "buoyancy"} & {v.effect for v in effects.variants(scene, "mine", settings)}
+    assert {"interior term", "rigid core", "buoyancy"} <= set(found)
+    settings["fluid"]["gravity"] = [0.0, 0.0, 0.0]
+    spheres["interior_term"] = spheres["rigid_core"] = "off"
+    left = {v.effect for v in effects.variants(scene, "mine", settings)}
+    assert not {"interior term", "rigid core", "buoyancy"} & left
     assert effects.lubrication_fixes(effects.scene_script(scene, "mine")) == ["film"]
     mine.write_text(text + line + "\nunfix film\n")
     assert effects.lubrication_fixes(effects.scene_script(scene, "mine")) == []
@@ -67,7 +72,7 @@ def test_lubrication_is_offered_where_there_is_some(tmp_path):
 
 def test_moving_boundaries_are_priced_where_the_script_can_hold_its_grains(tmp_path):
     settings = {"fluid": {"gravity": [0.0, -1.0, 0.0]}, "time": {"cfl": 0.0}, "statistics": {"every": 0},
-                "spheres": {"forcing_loops": 1, "pressure_share": 0.0, "interior_term": "on", "buoyancy": "on"},
+                "spheres": SPHERES,
                 "accuracy": {"precision": "double"}, "coupling": {"dem_steps": 15, "exchange": "stage"}}  # fmt: skip
     found = effects.variants(find_scene("setup2_small"), "actm_hw", settings)
     by_variable = {v.effect: v for v in found if v.variables}
