@@ -47,7 +47,8 @@ def test_drag_of_the_bed_is_what_driving_and_walls_leave(tmp_path, ranks):
     each = fixed["force"].reshape(len(PLACES), 3)
     total = [history[f"fixed_force_{d}"][-1] for d in "xyz"]
     np.testing.assert_allclose(each.sum(axis=0), total, rtol=1e-10, atol=1e-10)
-    assert (each[:, 0] > 0.0).all()
+    # The first one is sheltered by what the flow began with; another one's force in its place would show.
+    assert abs(each[0, 0]) < 2e-4 and (each[1:, 0] > 5e-3).all()
 
 
 def test_buoyancy_belongs_to_it_and_samples_come_when_asked_for(tmp_path):
