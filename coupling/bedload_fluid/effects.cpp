@@ -8,6 +8,7 @@
 #include <string>
 
 #include "fluid/grid/diffusion_limit.hpp"
+#include "fluid/immersed_boundary/rigid_core.hpp"
 
 namespace bedload {
 namespace {
@@ -67,6 +68,14 @@ EffectRow diffusion(const Settings& s) {
                                      explicit_diffusion_limit(grid, s.fluid.kinematic_viscosity)));
 }
 
+EffectRow rigid_core(const Settings& s) {
+  if (!s.spheres.rigid_core) return row("rigid core", false, "spheres.rigid_core is \"off\"");
+  const double across = s.reference.diameter / make_grid(s).h;
+  return row("rigid core", core_radius(0.5 * across) > 0.0,
+             fmt::format("reference.diameter is {:.3g} cells, and up to {:g} there is none", across,
+                         2.0 * core_depth));
+}
+
 bool has_gravity(const Settings& s) {
   return std::any_of(s.fluid.gravity.begin(), s.fluid.gravity.end(),
                      [](double g) { return g != 0.0; });
@@ -107,9 +116,7 @@ std::vector<EffectRow> effects_without_verdicts(const Settings& s, const SphereN
   rows.push_back(
       row("interior term", mobile && s.spheres.interior_term,
           !mobile || s.spheres.interior_term ? how_many : "spheres.interior_term is \"off\""));
-  rows.push_back(row("rigid core", s.spheres.rigid_core,
-                     s.spheres.rigid_core ? "of spheres more than six cells across"
-                                          : "spheres.rigid_core is \"off\""));
+  rows.push_back(rigid_core(s));
   rows.push_back(row("extra forcing loops", s.spheres.forcing_loops > 1,
                      fmt::format("spheres.forcing_loops is {}", s.spheres.forcing_loops)));
   rows.push_back(row("buoyancy", mobile && has_gravity(s) && s.spheres.buoyancy,

@@ -13,6 +13,7 @@
 #include "fluid/grid/field.hpp"
 #include "fluid/grid/grid.hpp"
 #include "fluid/grid/sphere.hpp"
+#include "fluid/immersed_boundary/points_along.hpp"
 #include "fluid/immersed_boundary/stencil.hpp"
 #include "fluid/kernels/prefetch.hpp"
 #include "fluid/kernels/simd.hpp"
@@ -23,8 +24,8 @@ namespace bedload {
 /// gradients from cell to cell.
 inline constexpr double dispersion_reach = 2.0;
 
-/// a below: the error k h - sin k h of a wave of six cells, k h = pi/3, over the leading one as the
-/// correction has it, sin k h (1 - cos k h)/3.
+/// The factor a below: the error k h - sin k h of a wave of six cells, k h = pi/3, over the leading
+/// one as the correction has it, sin k h (1 - cos k h)/3.
 inline constexpr double dispersion_factor = 1.25;
 
 /// How much of the correction acts in a step of length `dt`. It is a step of Euler's method, whose
@@ -47,10 +48,10 @@ inline double dispersion_share(const SphereState& motion, double h, double dt) {
 ///   q <- q + a V_d dt/(12 h) (D_+1 - D_-1),   D = q_-1 - 2 q + q_+1,
 ///
 /// for a = 1 the difference to the central difference of fourth order. The layer that the kernel
-/// makes is some cells thick, and of waves of six cells that difference is the error's 0.8: a
-/// = 1.25 is right for these, 1 for long ones. It is written as what the D of one point gives to
-/// its two neighbours along d, so that it makes no momentum. The angular momentum that it makes, -2
-/// h a V_d dt/(12 h) D per point and direction across the component, belongs to the sphere's torque
+/// makes is some cells thick, and of waves of six cells that difference is 0.8 of the error, hence
+/// the factor dispersion_factor. It is written as what the D of one point gives to its two
+/// neighbours along d, so that it makes no momentum. The angular momentum that it makes per point
+/// and direction across the component, -2 h times a V_d dt/(12 h) D, belongs to the sphere's torque
 /// on the fluid.
 ///
 /// Where spheres are close to each other, a point x is corrected once: for the sphere with the
@@ -100,36 +101,6 @@ class DispersionCorrection {
     Vec3 first_place;       ///< of the first point, from the sphere's centre [L]
   };
 
-  /// Points of one component along one direction, seen from a sphere.
-  struct Line {
-    StencilAxis axis;
-    double centre;  ///< [L]
-    double per_cell = 1.0 / axis.h;
-    double place(int n) const { return axis.origin + n * axis.h - centre; }
-    /// First and last point within `width` of the centre; beyond an end where periodic, but none
-    /// twice: those that are nearer to an image of the centre belong to that.
-    std::array<int, 2> within(double width) const { return between(-width, width); }
-    /// The same of the points between two places.
-    std::array<int, 2> between(double from, double to) const {
-      const double middle = (centre - axis.origin) * per_cell;
-      const int first = static_cast<int>(std::ceil(middle + from * per_cell));
-      const int last = static_cast<int>(std::floor(middle + to * per_cell));
-      const int period = axis.highest - axis.lowest + 1;
-      if (axis.periodic && last - first >= period) {
-        const int half = static_cast<int>(std::ceil(middle - 0.5 * period));
-        return {std::max(half, first), std::min(half + period - 1, last)};
-      }
-      if (axis.periodic) return {first, last};
-      return {std::max(first, axis.lowest), std::min(last, axis.highest)};
-    }
-    /// Of a point less than a period beyond an end.
-    int wrapped(int n) const {
-      const int period = axis.highest - axis.lowest + 1;
-      return !axis.periodic ? n : n < axis.lowest ? n + period : n > axis.highest ? n - period : n;
-    }
-    bool inner(int n) const { return axis.periodic || (n > axis.lowest && n < axis.highest); }
-  };
-
   /// A plane between a sphere and a neighbour: the points x from its centre with way.x < bound are
   /// the sphere's.
   struct Plane {
@@ -139,7 +110,7 @@ class DispersionCorrection {
 
   void find_planes(const Grid& grid, double radius, std::span<const Neighbour> neighbours);
   std::array<double, 2> own_part(double y, double z, double half_width) const;
-  void add_row(const Row& start, const Line& x, const std::array<double, 2>& part);
+  void add_row(const Row& start, const PointsAlong& x, const std::array<double, 2>& part);
   static std::array<std::array<Real, 2>, 3> factors(const Row& row, const SphereState& motion,
                                                     double scale);
   using Vector = WideVector<Real>;
@@ -166,8 +137,8 @@ void DispersionCorrection<Real>::add(const Grid& grid, const Decomposition& deco
                                      int component, const Vec3& centre, double radius,
                                      std::span<const Neighbour> neighbours) {
   begins_.push_back(rows_.size());
-  const auto line = [&](int d) { return Line{stencil_axis(grid, component, d), centre[d]}; };
-  const Line x = line(0), y = line(1), z = line(2);
+  const auto line = [&](int d) { return PointsAlong{stencil_axis(grid, component, d), centre[d]}; };
+  const PointsAlong x = line(0), y = line(1), z = line(2);
   const double reach = radius + dispersion_reach * grid.h;
   if (component == 0) find_planes(grid, radius, neighbours);
   const auto [lowest, highest] = y.within(reach);
@@ -225,7 +196,7 @@ std::array<double, 2> DispersionCorrection<Real>::own_part(double y, double z,
 
 /// A row through the seam of periodic x is two.
 template <class Real>
-void DispersionCorrection<Real>::add_row(const Row& start, const Line& x,
+void DispersionCorrection<Real>::add_row(const Row& start, const PointsAlong& x,
                                          const std::array<double, 2>& part) {
   if (part[0] > part[1]) return;
   const auto [first, last] = x.between(part[0], part[1]);
@@ -344,8 +315,10 @@ template <class Real>
 void DispersionCorrection<Real>::give(const Vec3& centre, double radius, const Grid& grid,
                                       const Decomposition& decomposition, Field<Real>& gain,
                                       Field<Real>& velocity) {
-  const auto line = [&](int d) { return Line{stencil_axis(grid, (d + 1) % 3, d), centre[d]}; };
-  const Line x = line(0), y = line(1), z = line(2);
+  const auto line = [&](int d) {
+    return PointsAlong{stencil_axis(grid, (d + 1) % 3, d), centre[d]};
+  };
+  const PointsAlong x = line(0), y = line(1), z = line(2);
   const double reach = radius + (dispersion_reach + 1.5) * grid.h;
   const auto [lowest, highest] = y.within(reach);
   const auto [back, front] = z.within(reach);

@@ -10,8 +10,14 @@ namespace bedload {
 
 /// (R/R_t)^3 - 1, R_t the radius at which markers with the retraction that is right for drag hold
 /// the fluid as far as torque goes: by how much the torque on a sphere that turns in Stokes flow is
-/// too small. Of second order in h/R, as the curvature of a surface in cells is; the coefficient is
-/// what `./bedload study validation rotation` finds at D/h = 8 to 24.
+/// too small, all in cells:
+///
+///   (1/R)^2 + 0.31 (r/R)^2/R.
+///
+/// The first term is of second order, as the curvature of a surface in cells is. The second belongs
+/// to a rigid core of radius r: markers that it lets lie 0.13 (r/R)^2 deeper (marker_layout.hpp)
+/// lose three times that over R, of which it gives back a fifth. Both coefficients are what
+/// `./bedload study validation rotation` finds at D/h = 8 to 24.
 inline double torque_deficit(double radius_in_cells, double core_in_cells) {
   const double share = core_in_cells / radius_in_cells;
   return (1.0 / radius_in_cells + 0.31 * share * share) / radius_in_cells;

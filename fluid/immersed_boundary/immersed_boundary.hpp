@@ -37,7 +37,7 @@ struct ForcingReport {
   int loops = 0;
   Slip before;  ///< of the predicted velocity, before the first loop
   Slip after;  ///< after the last loop; the last measured: `before` with one loop, unless asked for
-  Vec3 force_on_fluid = Vec3::Zero();  ///< of all markers, mean over the stage [M L/T^2]
+  Vec3 force_on_fluid = Vec3::Zero();  ///< of all spheres, mean over the stage [M L/T^2]
   Vec3 force_of_fixed = Vec3::Zero();  ///< the fixed spheres' part of it
 };
 
@@ -113,8 +113,8 @@ class ImmersedBoundary {
   int weighings() const { return weighings_; }
   /// Loops of the last forcing; the same on every rank.
   int loops() const { return applied_.loops; }
-  /// Force of this rank's markers on the fluid, mean over the last forcing's stage [M L/T^2]; their
-  /// sum over the ranks is the report's.
+  /// Force of this rank's markers and cores on the fluid, mean over the last forcing's stage
+  /// [M L/T^2]; their sum over the ranks is the report's.
   Vec3 force_on_fluid() const { return applied_.by_mobile + applied_.by_fixed; }
   /// Collective.
   ForcingReport report() const;
@@ -128,7 +128,7 @@ class ImmersedBoundary {
   /// them.
   std::vector<SphereLoad> loads(double stage_step, bool spheres_move = true);
 
-  /// Impulse on the fluid that this rank's markers of each fixed sphere near its block have given
+  /// Impulse on the fluid that this rank's part of each fixed sphere near its block has given
   /// since the last call [M L/T], in `force`.
   std::vector<SphereLoad> take_fixed_impulses();
 
@@ -169,8 +169,8 @@ class ImmersedBoundary {
     SphereMemory memory;
     /// Of the markers, in cells, by component and place in the layout; on every rank that is near.
     std::array<std::vector<Real>, 3> volumes;
-    Share share;  ///< this rank's
-    CoreChange core;
+    Share share;                         ///< this rank's
+    CoreChange core;                     ///< in this block, by the last forcing
     Vec3 carried_moment = Vec3::Zero();  ///< on the fluid by dispersion_, as share.applied_moment
   };
   /// By rank: indices of the spheres that are near both that rank and this one.
@@ -227,9 +227,9 @@ class ImmersedBoundary {
 
   std::vector<MarkerLayout> layouts_;  ///< one per radius
   std::unordered_map<double, std::size_t> layout_by_radius_;
-  std::vector<SphereState> fixed_;   ///< near this rank's block
-  std::vector<Vec3> fixed_impulse_;  ///< they gave to the fluid since last taken [M L/T]
-  std::vector<CoreChange> fixed_cores_;
+  std::vector<SphereState> fixed_;       ///< near this rank's block
+  std::vector<Vec3> fixed_impulse_;      ///< they gave to the fluid since last taken [M L/T]
+  std::vector<CoreChange> fixed_cores_;  ///< of fixed_, in this block, by the last forcing
   std::uint64_t fixed_fingerprint_ = 0;
   std::vector<Mobile> mobile_;  ///< near this rank's block, ascending tags
   Partners homes_;              ///< where shares go to

@@ -1,14 +1,13 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 
 #include "fluid/grid/decomposition.hpp"
 #include "fluid/grid/field.hpp"
 #include "fluid/grid/grid.hpp"
 #include "fluid/grid/sphere.hpp"
+#include "fluid/immersed_boundary/points_along.hpp"
 
 namespace bedload {
 
@@ -26,46 +25,31 @@ struct CoreChange {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
 };
 
-/// Runs of cells of one velocity component, each in one row of this block, whose values lie within
-/// `radius` [L] of a centre: take(row's first value, first cell, end, r) with r the place of the
-/// first cell's value from the centre. Walls' own faces are none of them.
+/// Runs of points of one velocity component, each in one row of this block, within `radius` [L] of
+/// a centre: take(row's point 0, first point, end, r) with r the first one's place from the centre.
 template <class Real, class Take>
 void for_runs_within(Field<Real>& velocity, const Grid& grid, const Decomposition& decomposition,
                      int component, const Vec3& centre, double radius, Take take) {
-  const double h = grid.h;
-  const auto distance = [&](int direction, int cell) {
-    return (direction == component ? grid.face(cell) : grid.centre(cell)) - centre[direction];
+  const auto along = [&](int d) {
+    return PointsAlong{stencil_axis(grid, component, d), centre[d]};
   };
-  const auto cells_within = [&](int direction, double half) {
-    const double first = -distance(direction, 0) / h;
-    std::array<int, 2> range{static_cast<int>(std::ceil(first - half / h)),
-                             static_cast<int>(std::floor(first + half / h))};
-    if (!grid.periodic(direction)) {
-      const int last = grid.cells[static_cast<std::size_t>(direction)] - 1;
-      range = {std::max(range[0], 0), std::min(range[1], direction == component ? last - 1 : last)};
-    }
-    return range;
+  const PointsAlong x = along(0), y = along(1), z = along(2);
+  const auto half_chord = [](double half, double across) {
+    return std::sqrt(std::max(half * half - across * across, 0.0));
   };
-  const auto wrapped = [&](int direction, int cell) {  // a sphere is smaller than the box
-    const int n = grid.cells[static_cast<std::size_t>(direction)];
-    return cell < 0 ? cell + n : cell < n ? cell : cell - n;
-  };
-  const int nx = grid.cells[0];
-  const auto [low, high] = cells_within(1, radius);
+  const auto [low, high] = y.within(radius);
   for (int j = low; j <= high; ++j) {
-    const int plane = wrapped(1, j);
-    if (!decomposition.holds_plane(plane)) continue;
-    const double y = distance(1, j), disc = std::sqrt(std::max(radius * radius - y * y, 0.0));
-    const auto [back, front] = cells_within(2, disc);
+    if (!decomposition.holds_plane(y.wrapped(j))) continue;
+    const double disc = half_chord(radius, y.place(j));
+    const auto [back, front] = z.within(disc);
     for (int k = back; k <= front; ++k) {
-      if (!decomposition.holds_row(wrapped(2, k))) continue;
-      const double z = distance(2, k);
-      const auto [left, right] = cells_within(0, std::sqrt(std::max(disc * disc - z * z, 0.0)));
-      Real* row = velocity.row(plane - decomposition.first(),
-                               wrapped(2, k) - decomposition.first_row(), component);
+      if (!decomposition.holds_row(z.wrapped(k))) continue;
+      const auto [left, right] = x.within(half_chord(disc, z.place(k)));
+      Real* row = velocity.row(y.wrapped(j) - decomposition.first(),
+                               z.wrapped(k) - decomposition.first_row(), component);
       for (int i = left; i <= right;) {  // a row through the seam of periodic x is two
-        const int first = wrapped(0, i), end = std::min(first + right + 1 - i, nx);
-        take(row, first, end, Vec3(distance(0, i), y, z));
+        const int first = x.wrapped(i), end = std::min(first + right - i, x.axis.highest) + 1;
+        take(row, first, end, Vec3(x.place(i), y.place(j), z.place(k)));
         i += end - first;
       }
     }

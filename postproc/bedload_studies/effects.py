@@ -50,6 +50,14 @@ class Variant:
     turned_off: bool = False  # the scene has the effect and this run has not; else the other way round
 
 
+LARGEST_WITHOUT_CORE = 6.0  # cells across a sphere (fluid/immersed_boundary/rigid_core.hpp)
+
+
+def cells_across(settings: dict) -> float:
+    """Of reference.diameter."""
+    return settings["reference"]["diameter"] * settings["grid"]["cells"][0] / settings["grid"]["length"][0]
+
+
 def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Variant]:
     """Every effect that this scene can do with or without."""
     fluid, spheres = settings["fluid"], settings["spheres"]
@@ -72,7 +80,7 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
             yield Variant("loads", "once per step", ('coupling.exchange="step"',), turned_off=True)
         if spheres["interior_term"] == "on":
             yield Variant("interior term", "off", ('spheres.interior_term="off"',), turned_off=True)
-        if spheres["rigid_core"] == "on":
+        if spheres["rigid_core"] == "on" and cells_across(settings) > LARGEST_WITHOUT_CORE:
             yield Variant("rigid core", "off", ('spheres.rigid_core="off"',), turned_off=True)
         if spheres["buoyancy"] == "on" and any(fluid["gravity"]):
             yield Variant("buoyancy", "off", ('spheres.buoyancy="off"',), turned_off=True)

@@ -1,5 +1,6 @@
 """`./bedload study effects`: that a scene without lubrication has none, wherever its models stand."""
 
+import copy
 import shutil
 import tomllib
 
@@ -45,12 +46,14 @@ def test_lubrication_is_taken_off_before_the_grains_move(make, tmp_path):
     assert off.folder == scene.folder
 
 
+SIZES = {"grid": {"cells": [80, 40, 40], "length": [8.0, 4.0, 4.0]}, "reference": {"diameter": 1.0}}
 SPHERES = {"forcing_loops": 1, "pressure_share": 0.0} | dict.fromkeys(("interior_term", "rigid_core", "buoyancy"), "on")
 
 
 def test_lubrication_is_offered_where_there_is_some(tmp_path):
     spheres = dict(SPHERES)
-    settings = {"fluid": {"gravity": [0.0, -1.0, 0.0]}, "spheres": spheres, "time": {"cfl": 0.0},
+    settings = {**copy.deepcopy(SIZES), "fluid": {"gravity": [0.0, -1.0, 0.0]}, "spheres": spheres,
+                "time": {"cfl": 0.0},
                 "accuracy": {"precision": "double"}, "statistics": {"every": 0},
                 "coupling": {"dem_steps": 15, "exchange": "stage"}}  # fmt: skip
     scene = own_scene(tmp_path, "mine")
@@ -63,6 +66,9 @@ def test_lubrication_is_offered_where_there_is_some(tmp_path):
     assert {"interior term", "rigid core", "buoyancy"} <= set(found)
     settings["fluid"]["gravity"] = [0.0, 0.0, 0.0]
     spheres["interior_term"] = spheres["rigid_core"] = "off"
+    assert "rigid core" not in {v.effect for v in effects.variants(scene, "mine", settings)}
+    settings["reference"]["diameter"] = 0.6  # six cells: no core to leave out
+    spheres["rigid_core"] = "on"
     left = {v.effect for v in effects.variants(scene, "mine", settings)}
     assert not {"interior term", "rigid core", "buoyancy"} & left
     assert effects.lubrication_fixes(effects.scene_script(scene, "mine")) == ["film"]
@@ -71,7 +77,7 @@ def test_lubrication_is_offered_where_there_is_some(tmp_path):
 
 
 def test_moving_boundaries_are_priced_where_the_script_can_hold_its_grains(tmp_path):
-    settings = {"fluid": {"gravity": [0.0, -1.0, 0.0]}, "time": {"cfl": 0.0}, "statistics": {"every": 0},
+    settings = {**SIZES, "fluid": {"gravity": [0.0, -1.0, 0.0]}, "time": {"cfl": 0.0}, "statistics": {"every": 0},
                 "spheres": SPHERES,
                 "accuracy": {"precision": "double"}, "coupling": {"dem_steps": 15, "exchange": "stage"}}  # fmt: skip
     found = effects.variants(find_scene("setup2_small"), "actm_hw", settings)
