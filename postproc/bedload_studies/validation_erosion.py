@@ -170,11 +170,28 @@ def without_rest(runner: Runner, reference: Reference) -> list[Row]:
 DEEP = 13.0  # D: depth of bed_deep.data
 STRESSES = (1.0, 1.4, 2.0, 2.8)  # over that of Re_b = 0.301
 CLEAR = 0.1  # grains' share of the volume at which the clear fluid begins (Kidanemariam & Uhlmann 2014, from memory)
-WINDOW = (100.0, 140.6)  # times of the law's means; where the stress is larger, as many times sooner
 CUBE = "Kidanemariam & Uhlmann 2014"
 
 
-def deep(stress: float, height: float) -> tuple[dict[str, object], dict[str, object]]:
+@dataclass(frozen=True)
+class Friction:
+    """Runs of the law with one model of friction; means are taken over `window` (begin, end), where the stress is
+    larger as many times sooner."""
+
+    model: str
+    what: str
+    window: tuple[float, float]
+
+    def label(self, stress: float) -> str:
+        return f"erosion-deep-{stress:g}-{self.model}"
+
+
+AT_REST = Friction("actm_hw_static", "friction at rest", (100.0, 140.6))
+# Kidanemariam & Uhlmann (arXiv 1409.0339): a tangential damper that Coulomb's friction limits.
+DAMPER = Friction("actm_hw", "no friction at rest", (200.0, 300.0))
+
+
+def deep(stress: float, height: float, friction: Friction) -> tuple[dict[str, object], dict[str, object]]:
     """Changes of fluid.toml and in.liggghts for the bed of 13 D under `stress` times the stress of Re_b = 0.301, in a
     channel whose clear height is `height` times as high: the flux is stress height^2 times. All times are `stress`
     times shorter, so that the bed's surface is sheared as far in as many steps. The flow starts as the parabola above
@@ -182,15 +199,16 @@ def deep(stress: float, height: float) -> tuple[dict[str, object], dict[str, obj
     to settle again."""
     clear = CASES_OF_FLUX[0].height * height
     top = float(round(DEEP + clear))
+    begin, end = friction.window
     fluid: dict[str, object] = {
         "grid.cells": [48, round(6.0 * top), 36], "grid.length": [8.0, top, 6.0],
         "flow.bulk_velocity": round(0.0190 * 16.0 / top * stress * height**2, 6),
         "reference.velocity": round(0.0427 * stress * height, 6), "reference.height": round(clear, 3),
         "start.from": "laminar", "start.velocity": round(0.0427 * stress * height, 6), "start.height": DEEP,
-        "time.step": round(0.2 / stress, 6), "time.end": round(WINDOW[1] / stress, 6),
-        "output.spheres_every": round(2.0 / stress, 6), "statistics.from": round(WINDOW[0] / stress, 6),
+        "time.step": round(0.2 / stress, 6), "time.end": round(end / stress, 6),
+        "output.spheres_every": round(2.0 / stress, 6), "statistics.from": round(begin / stress, 6),
     }  # fmt: skip
-    return fluid, {"bed_file": "bed_deep.data", "length_y": top}
+    return fluid, {"bed_file": "bed_deep.data", "length_y": top, "model": friction.model}
 
 
 def law_point(run: Run, window: tuple[float, float]) -> tuple[float, float]:
@@ -245,9 +263,9 @@ class Point:
     rows: list[Row]
 
 
-def point_of(run: Run, name: str, factor: float) -> Point:
-    """Means over WINDOW, `factor` times sooner; profiles over the time of the run's statistics."""
-    begin, end = (time / factor for time in WINDOW)
+def point_of(run: Run, name: str, factor: float, window: tuple[float, float]) -> Point:
+    """Means over the window, `factor` times sooner; profiles over the time of the run's statistics."""
+    begin, end = (time / factor for time in window)
     stress, flux = law_point(run, (begin, end))
     middle = 0.5 * (begin + end)
     settling = law_point(run, (middle, end))[1] / law_point(run, (begin, middle))[1]
@@ -266,13 +284,13 @@ def point_of(run: Run, name: str, factor: float) -> Point:
     ])  # fmt: skip
 
 
-def erosion_law(runner: Runner) -> Result:
+def erosion_law(runner: Runner, friction: Friction) -> Result:
     """Flux of the grains over the Shields number, in viscous units: q_p/(Ga^2 nu) grows as its cube."""
-    result = Result("Flux of the grains over the Shields number, viscous flow, D/h = 6",
+    result = Result(f"Flux of the grains over the Shields number, viscous flow, D/h = 6, {friction.what}",
                     axes=("Shields number", "flux of grains / (Ga^2 nu)"), logarithmic=True)  # fmt: skip
     result.remarks.append(
         "A bed of 13 D under flows that shear it as far in as many steps (a collision is as many times shorter where "
-        "the stress is larger); means over the same part of each, at a strain of 3.6 to 5. The pressure gradient pulls "
+        "the stress is larger); means over the same part of each. The pressure gradient pulls "
         "at the grains inside the bed, too: at the depth z stress over weight is theta/phi (D/z + 2 D/h_f), which does "
         "not fall below 2 theta D/(phi h_f) however deep the bed is, and where that is above the grains' friction all "
         "of them move. So the channel is made as many times higher as the stress is larger. The bound asks that the "
@@ -280,8 +298,8 @@ def erosion_law(runner: Runner) -> Result:
     )
     points = []
     for factor in STRESSES:
-        run = runner("../laminar_erosion", f"erosion-deep-{factor:g}-{factor:g}", *deep(factor, factor))
-        points.append(point_of(run, f"{factor:g} times the stress", factor))
+        run = runner("../laminar_erosion", friction.label(factor), *deep(factor, factor, friction))
+        points.append(point_of(run, f"{factor:g} times the stress", factor, friction.window))
         result.rows += points[-1].rows
     flux = np.array([point.flux for point in points])
     shields, parabola = np.array([p.stress for p in points]), np.array([p.parabola for p in points])
@@ -313,5 +331,6 @@ def erosion_law(runner: Runner) -> Result:
 CASES: dict[str, Callable[[Runner], Result]] = {
     "erosion": partial(erosion_at, reference=CASES_OF_FLUX[0]),
     "erosion402": partial(erosion_at, reference=CASES_OF_FLUX[1]),
-    "erosion_law": erosion_law,
+    "erosion_law": partial(erosion_law, friction=AT_REST),
+    "erosion_law_damper": partial(erosion_law, friction=DAMPER),
 }

@@ -54,22 +54,30 @@ def test_power_law_and_its_interval():
 
 
 def test_larger_stress_shears_the_bed_as_far_in_as_many_steps():
-    once, twice = erosion.deep(1.0, 1.0)[0], erosion.deep(2.0, 1.0)[0]
+    once, twice = erosion.deep(1.0, 1.0, erosion.AT_REST)[0], erosion.deep(2.0, 1.0, erosion.AT_REST)[0]
     for key in ("time.end", "time.step", "output.spheres_every", "statistics.from"):
         assert twice[key] == pytest.approx(once[key] / 2.0)
     assert twice["flow.bulk_velocity"] == pytest.approx(2.0 * once["flow.bulk_velocity"], rel=1e-4)
 
 
+def test_each_friction_has_its_own_model_and_window():
+    for friction in (erosion.AT_REST, erosion.DAMPER):
+        fluid, variables = erosion.deep(2.0, 2.0, friction)
+        assert variables["model"] == friction.model
+        assert (fluid["statistics.from"], fluid["time.end"]) == pytest.approx([t / 2.0 for t in friction.window])
+    assert erosion.AT_REST.label(2.0) != erosion.DAMPER.label(2.0)
+
+
 def test_higher_channel_keeps_the_pull_of_the_pressure_gradient():
     """Twice the stress in twice the height, so that the gradient 2 tau/h is the same: eight times the flux."""
-    once, twice = erosion.deep(1.0, 1.0)[0], erosion.deep(2.0, 2.0)[0]
+    once, twice = erosion.deep(1.0, 1.0, erosion.AT_REST)[0], erosion.deep(2.0, 2.0, erosion.AT_REST)[0]
     flux = [run["flow.bulk_velocity"] * run["grid.length"][1] for run in (once, twice)]
     assert flux[1] == pytest.approx(8.0 * flux[0], rel=1e-3)
     assert twice["reference.velocity"] == pytest.approx(4.0 * once["reference.velocity"], rel=1e-3)
     assert twice["grid.cells"][1] == round(6.0 * twice["grid.length"][1])
     clear = [run["grid.length"][1] - erosion.DEEP for run in (once, twice)]
     assert clear[1] == pytest.approx(2.0 * clear[0], abs=0.5)
-    assert erosion.deep(2.0, 2.0)[1]["length_y"] == twice["grid.length"][1]
+    assert erosion.deep(2.0, 2.0, erosion.AT_REST)[1]["length_y"] == twice["grid.length"][1]
 
 
 def test_shields_number_of_the_parabola():
