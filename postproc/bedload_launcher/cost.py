@@ -262,9 +262,11 @@ def layer_verdict(cells: float) -> str:
     """What fluid/immersed_boundary/README.md has found with so many cells in the layer, under "Limits"."""
     if cells < 0.5:
         return ": fewer than were ever tried; a run warns"
-    if cells < 1.0:
+    if cells < 0.9:
         return ": right for a steady fall, too few for an oblique wake"
-    return ""
+    if cells < 1.5:
+        return ": right for a steady fall; an oblique wake leans too little"
+    return ": right for a steady fall and an oblique wake"
 
 
 def describe(e: Estimate, ranks: job.Ranks, moves_grains: bool, available: float) -> str:

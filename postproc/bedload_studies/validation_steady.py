@@ -111,18 +111,18 @@ def last_load(run: Run) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rotation(runner: Runner) -> Result:
-    """Torque on a sphere that turns in Stokes flow, D/h = 8 to 24."""
+    """Torque on a sphere that turns in Stokes flow, D/h = 6 to 24."""
     length = 3.0
     # -8 pi mu R^3 omega in unbounded fluid; the mean rotation of a periodic box is zero, which raises
     # it by 1/(1 - volume fraction).
     exact = -8.0 * math.pi * 0.125 * 2.0 / (1.0 - math.pi / 6.0 / length**3)
     result = Result("Torque on a turning sphere in Stokes flow",
                     axes=("D/h", "|error of the torque| / %"), logarithmic=True)  # fmt: skip
-    across, errors = [8, 10, 12, 16, 24], []
+    across, errors = [6, 8, 10, 12, 16, 20, 24], []
     for n in across:
         run = runner("rotation", f"rotation-{n}", {
             "grid.cells": [3 * n] * 3, "time.step": DIFFUSION / n**2,
-            "time.end": 1.0 if n < 24 else 0.6,
+            "time.end": 1.0 if n < 20 else 0.6,
         })  # fmt: skip
         torque = float(last_load(run)[1][2])
         errors.append(torque / exact - 1)
