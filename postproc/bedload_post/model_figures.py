@@ -205,7 +205,9 @@ def creeping(cases: Sequence[Case], file: Path) -> bool:
 
 
 def shares(cases: Sequence[Case], file: Path) -> bool:
-    """Share of time in each state, as stacked bars: a group of models for each density ratio."""
+    """Share of time in each state, as stacked bars: a group of models for each density ratio.
+
+    Intervals end at 0 and 1."""
     rows = rows_of(cases)
     ordered = [case for own in rows for case in own]
     groups = np.repeat(np.arange(len(rows)), [len(own) for own in rows])
@@ -220,13 +222,14 @@ def shares(cases: Sequence[Case], file: Path) -> bool:
             half = [v.half_width for v in values] if state == 0 else [
                 case.transport.share_of(len(NAMES) - 1).half_width for case in ordered
             ]  # fmt: skip
-            axis.errorbar(places, top, half, fmt="none", ecolor="#222222", capsize=3, lw=1)
+            within = [np.minimum(half, top), np.minimum(half, 1.0 - top)]  # no share is less than 0 or more than 1
+            axis.errorbar(places, top, np.maximum(within, 0.0), fmt="none", ecolor="#222222", capsize=3, lw=1)
         below = top
     axis.set_xticks(places, [case.model_label for case in ordered], rotation=30, ha="right")
     for n, own in enumerate(rows):
         middle = places[groups == n].mean()
-        axis.annotate(f"ρp/ρf = {own[0].density_ratio:g}", (middle, 1.02), ha="center", fontsize=9)
-    axis.set(ylabel="share of time", ylim=(0, 1.1))
+        axis.annotate(f"ρp/ρf = {own[0].density_ratio:g}", (middle, 1.04), ha="center", fontsize=9)
+    axis.set(ylabel="share of time", ylim=(0, 1.12))
     axis.legend(frameon=False, bbox_to_anchor=(1.0, 0.5), loc="center left")
     _save(figure, file)
     return True

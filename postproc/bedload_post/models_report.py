@@ -400,6 +400,16 @@ def experiment_lines(comparison: Comparison, values: Sequence[dict]) -> list[str
     return lines
 
 
+def _change(other: dict, own: dict) -> str:
+    """Of the mean velocity: in per cent of its own, or in u_b where that is not told apart from zero or shown as such."""
+    difference = other["mean_velocity"] - own["mean_velocity"]
+    if abs(own["mean_velocity"]) > max(own["mean_velocity_interval"], 0.001):
+        change = f"{100.0 * difference / own['mean_velocity']:+.0f} %"
+    else:
+        change = f"{difference:+.3f} u_b"
+    return change if told_apart(other, own) else f"{change}, not told apart"
+
+
 def beside_rows(comparison: Comparison, values: Sequence[dict]) -> list[list[str]]:
     """Mean velocities of other kept records beside these: a row a record, a column a model, and whether they differ."""
     if not comparison.beside:
@@ -414,8 +424,7 @@ def beside_rows(comparison: Comparison, values: Sequence[dict]) -> list[list[str
             v = by_column.get(column)
             texts.append("–" if v is None else f"{v['mean_velocity']:.3f} ± {v['mean_velocity_interval']:.3f}")
             if v is not None and v is not own:
-                change = f"{100.0 * (v['mean_velocity'] / own['mean_velocity'] - 1.0):+.0f} %"
-                changes.append(change if told_apart(v, own) else f"{change}, not told apart")
+                changes.append(_change(v, own))
         return [label, ", ".join(cells) or "–", *texts, "; ".join(changes)]
 
     return [line("these", values), *(line(label, runs) for label, runs in comparison.beside.items())]

@@ -68,6 +68,14 @@ def test_other_records_stand_beside_these():
     assert alone[2:] == ["–", "0.120 ± 0.030", "+20 %, not told apart"]
 
 
+@pytest.mark.parametrize("mean, interval", [(1e-5, 1e-6), (0.02, 0.03)])
+def test_a_change_from_rest_is_not_in_per_cent(mean, interval):
+    values = [run_numbers("rpm", mean_velocity=mean, mean_velocity_interval=interval)]
+    moving = [run_numbers("rpm", mean_velocity=0.3, mean_velocity_interval=0.01)]
+    comparison = models_report.Comparison("", [], 2, {}, None, "setup2_small", {"moving": moving})
+    assert models_report.beside_rows(comparison, values)[1][-1] == f"{0.3 - mean:+.3f} u_b"
+
+
 def test_neighbours_in_the_order_are_open_within_their_intervals():
     close = four(actm={"mean_velocity": 0.094}, actm_hw={"mean_velocity": 0.093})
     assert answers(2, close, "Table 2", "actm is faster than actm + HW") == [None]
