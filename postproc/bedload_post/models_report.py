@@ -401,7 +401,7 @@ def experiment_lines(comparison: Comparison, values: Sequence[dict]) -> list[str
 
 
 def _change(other: dict, own: dict) -> str:
-    """Of the mean velocity: in per cent of its own, or in u_b where that is not told apart from zero or shown as such."""
+    """Of the mean velocity: in per cent of its own, or in u_b where that is not told apart from zero."""
     difference = other["mean_velocity"] - own["mean_velocity"]
     if abs(own["mean_velocity"]) > max(own["mean_velocity_interval"], 0.001):
         change = f"{100.0 * difference / own['mean_velocity']:+.0f} %"
