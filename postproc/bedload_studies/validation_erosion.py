@@ -286,7 +286,7 @@ def point_of(run: Run, name: str, factor: float, window: tuple[float, float]) ->
 
 def erosion_law(runner: Runner, friction: Friction) -> Result:
     """Flux of the grains over the Shields number, in viscous units: q_p/(Ga^2 nu) grows as its cube."""
-    result = Result(f"Flux of the grains over the Shields number, viscous flow, D/h = 6, {friction.what}",
+    result = Result(f"Flux of the grains over the Shields number, D/h = 6, {friction.what}",
                     axes=("Shields number", "flux of grains / (Ga^2 nu)"), logarithmic=True)  # fmt: skip
     result.remarks.append(
         "A bed of 13 D under flows that shear it as far in as many steps (a collision is as many times shorter where "
