@@ -6,6 +6,7 @@ stand in the report's folder as CASE.json, CASE.png and, all together, README.md
 """
 
 import argparse
+import textwrap
 from pathlib import Path
 
 from bedload_launcher.errors import UserError, unknown
@@ -90,7 +91,7 @@ def _draw(result: Result, path: Path) -> None:
         axes.plot(curve.x, curve.y, label=curve.label, **style)
     if result.logarithmic:
         axes.set(xscale="log", yscale="log")
-    axes.set(xlabel=result.axes[0], ylabel=result.axes[1], title=result.title)
+    axes.set(xlabel=result.axes[0], ylabel=result.axes[1], title=textwrap.fill(result.title, 60))
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3)
     figure.savefig(path, dpi=110)
