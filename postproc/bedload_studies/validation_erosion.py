@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from bedload_post import flow_statistics
+from bedload_post.batches import Estimate, estimate
 from bedload_post.flow_statistics import FlowStatistics
 from bedload_post.outputs import Run
 
@@ -165,6 +166,70 @@ def without_rest(runner: Runner, reference: Reference) -> list[Row]:
         Row(f"{name}: flux of grains over fluid", grains / flux, 0.5 * (low + high),
             source=f"middle of {low:g} to {high:g}, {MEASURED}"),
     ]  # fmt: skip
+
+
+SHIPPED = "as shipped"
+CHOICES: dict[str, tuple[dict[str, object], dict[str, object]]] = {
+    SHIPPED: ({}, {}),
+    "half the friction coefficient": ({}, {"friction": 0.075}),
+    "twice the friction coefficient": ({}, {"friction": 0.3}),
+    "box twice as long": (
+        {"grid.cells": [96, 96, 36], "grid.length": [16.0, 16.0, 6.0]},
+        {"bed_file": "bed_long.data", "length_x": 16.0},
+    ),
+    "bed of 13 D": (
+        {"grid.cells": [48, 120, 36], "grid.length": [8.0, 20.0, 6.0], "flow.bulk_velocity": 0.0152,
+         "start.height": 13.1},
+        {"bed_file": "bed_deep.data", "length_y": 20.0},
+    ),
+}  # fmt: skip
+
+
+def flux_over_fluid(run: Run, s: FlowStatistics) -> Estimate:
+    """Grains' flux over the fluid's in the time of the run's statistics."""
+    time, values = flux_samples(run)
+    return estimate(values[time >= run.value("statistics.from")] / fluxes(s)[0])
+
+
+def told_apart(one: Estimate, other: Estimate) -> bool:
+    """Whether the difference of two independent means is larger than its 95 % interval."""
+    return abs(one.mean - other.mean) > float(np.hypot(one.half_width, other.half_width))
+
+
+def sentences_of(found: dict[str, Estimate]) -> list[str]:
+    """Which choices change the flux, and which cannot be told apart from the scene as shipped."""
+    others = [name for name in found if name != SHIPPED]
+    apart = [name for name in others if told_apart(found[name], found[SHIPPED])]
+    alike = [name for name in others if name not in apart]
+    return [
+        f"The grains' flux is {what}: {', '.join(names)}."
+        for names, what in ((apart, "another with"), (alike, "not told apart from the scene's as shipped with"))
+        if names
+    ]
+
+
+def erosion_choices(runner: Runner) -> Result:
+    """What the scene's box, friction coefficient and depth do to height and flux."""
+    result = Result("Choices of laminar_erosion: Re_b 0.301, D/h = 6",
+                    axes=("share of grains", "height over the bed's surface / D"))  # fmt: skip
+    heights, fluxes_found = {}, {}
+    for name, (fluid, variables) in CHOICES.items():
+        plain = f"erosion-{CASES_OF_FLUX[0].reynolds:g}"  # which the case erosion has, too
+        label = plain if name == SHIPPED else f"{plain}-{name.replace(' ', '_')}"
+        run = runner("../laminar_erosion", label, fluid, variables)
+        s = flow_statistics.read(run)
+        height = heights[name] = height_of_flow(s) / run.diameter
+        flux = fluxes_found[name] = flux_over_fluid(run, s)
+        result.rows += [
+            Row(f"{name}: h_f/D of the flux and the upper wall's stress", height, heights[SHIPPED], source=SHIPPED),
+            Row(f"{name}: flux of grains over fluid, +- {flux.half_width:.4f} (95 %)", flux.mean,
+                fluxes_found[SHIPPED].mean, source=SHIPPED),
+        ]  # fmt: skip
+        surface = surface_of(s) / run.diameter
+        result.curves.append(Curve(name, np.round(s["grains"], 5).tolist(),
+                                   np.round(s["y"] / run.diameter - surface, 4).tolist()))  # fmt: skip
+    result.remarks += sentences_of(fluxes_found)
+    return result
 
 
 DEEP = 13.0  # D: depth of bed_deep.data
@@ -331,6 +396,7 @@ def erosion_law(runner: Runner, friction: Friction) -> Result:
 CASES: dict[str, Callable[[Runner], Result]] = {
     "erosion": partial(erosion_at, reference=CASES_OF_FLUX[0]),
     "erosion402": partial(erosion_at, reference=CASES_OF_FLUX[1]),
+    "erosion_choices": erosion_choices,
     "erosion_law": partial(erosion_law, friction=AT_REST),
     "erosion_law_damper": partial(erosion_law, friction=DAMPER),
 }

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from bedload_post.batches import Estimate
 from bedload_studies import validation_erosion as erosion
 
 
@@ -109,3 +110,43 @@ def test_point_of_the_law_is_in_viscous_units_and_of_its_window():
     shields, flux = erosion.law_point(run, (2.0, 5.0))
     assert shields == pytest.approx(0.03 / (0.5 * 2.0))
     assert flux == pytest.approx(np.pi / 6.0 * 2.0**3 * 8.0 / (4.0 * 3.0) / 4.0)
+
+
+def test_flux_over_fluid_is_of_the_time_of_the_statistics():
+    """One grain of D = 2 in a box of 4 x 3, speed 9 before the statistics and 3 in them; the fluid's flux is 3.2."""
+
+    def blocks():
+        yield SimpleNamespace(time=np.arange(10.0), velocity=np.array([[9.0]] * 2 + [[3.0]] * 8))
+
+    run = SimpleNamespace(diameter=2.0, box=(4.0, 9.0, 3.0), sample_blocks=blocks,
+                          value={"statistics.from": 2.0}.__getitem__)  # fmt: skip
+    flux = erosion.flux_over_fluid(run, statistics())
+    assert flux.mean == pytest.approx(np.pi / 6.0 * 2.0**3 * 3.0 / (4.0 * 3.0) / 3.2)
+    assert flux.half_width == pytest.approx(0.0)
+
+
+def test_choices_are_told_apart_where_the_difference_is_larger_than_its_interval():
+    """3 and 4 add up to 5."""
+
+    def found(mean, half_width):
+        return Estimate(mean, half_width, np.array([]))
+
+    sentences = erosion.sentences_of(
+        {erosion.SHIPPED: found(10.0, 3.0), "more": found(15.1, 4.0), "less": found(4.9, 4.0),
+         "near": found(14.9, 4.0), "nearer": found(5.1, 4.0)}
+    )  # fmt: skip
+    assert sentences == [
+        "The grains' flux is another with: more, less.",
+        "The grains' flux is not told apart from the scene's as shipped with: near, nearer.",
+    ]
+    assert erosion.sentences_of({erosion.SHIPPED: found(10.0, 3.0)}) == []
+
+
+def test_a_choice_changes_all_that_belongs_to_it():
+    """The clear height stays, the flux for a unit width does, and box and cells are those of both programs."""
+    for name, (fluid, variables) in erosion.CHOICES.items():
+        cells, length = fluid.get("grid.cells", [48, 96, 36]), fluid.get("grid.length", [8.0, 16.0, 6.0])
+        assert [n / 6.0 for n in cells] == length, name
+        assert variables.get("length_x", 8.0) == length[0] and variables.get("length_y", 16.0) == length[1], name
+        assert fluid.get("flow.bulk_velocity", 0.019) * length[1] == pytest.approx(0.019 * 16.0), name
+        assert length[1] - fluid.get("start.height", 9.1) == pytest.approx(6.9), name
