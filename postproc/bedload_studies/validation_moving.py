@@ -2,6 +2,7 @@
 
 import csv
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import h5py
@@ -339,6 +340,10 @@ class Impact:
     start: float  # gap at the start, in diameters
     step: float = 0.5  # of time, in cells s/m
 
+    def stokes(self, speed: float) -> float:
+        """St = rho_p u D/(9 rho_f nu)."""
+        return self.density_ratio * speed * self.diameter / (9.0 * self.viscosity)
+
     def settings(self, n: int, step: float, width: int, end: float) -> dict[str, object]:
         lengths = (width, self.height, width)
         return {
@@ -354,6 +359,7 @@ ST152 = Impact("St152", 0.003, 935.0, 8.342, 1.070e-5, 0.585, 2.489, 9, 6.0)
 # The same after a fall as in the experiment, where the sphere comes with the wake of its terminal velocity:
 # what streams down behind it holds it back when it rises.
 ST152_FALL = replace(ST152, height=24, start=20.0)
+MEASURED_PEAKS = (ST152.peak, 0.0022337 / ST152.diameter, 0.00052021 / ST152.diameter)  # of the reference file
 ST27 = Impact("St27", 0.006, 965.0, 8.083, 1.036e-4, 0.518, 0.329, 6, 3.5)
 
 
@@ -391,6 +397,40 @@ def _peaks(time: np.ndarray, high: np.ndarray, least: float) -> list[float]:
     return [float(y[k]) for k in tops]
 
 
+@dataclass(frozen=True)
+class Bounce:
+    """Speed towards the wall where a sphere passes a gap of D/10, and the speed back there over it."""
+
+    speed: float
+    restitution: float
+
+    def measured(self, peak: float, peak_measured: float) -> "Bounce":
+        """The restitution that would have reached the measured peak: on its way up the sphere's energy falls with
+        its height, to first order in the difference."""
+        return replace(self, restitution=self.restitution * math.sqrt(peak_measured / peak))
+
+
+def _bounces(time: np.ndarray, high: np.ndarray, diameter: float) -> list[Bounce]:
+    """All that come back as far as a gap of D/10."""
+    off = high - 0.1 * diameter
+    speed = np.gradient(high, time)
+    crossings = np.flatnonzero((off[:-1] > 0.0) != (off[1:] > 0.0))
+
+    def speed_at(k: int) -> float:
+        share = off[k] / (off[k] - off[k + 1])
+        return float(speed[k] + share * (speed[k + 1] - speed[k]))
+
+    speeds = [speed_at(k) for k in crossings]
+    return [Bounce(-before, -after / before) for before, after in zip(speeds, speeds[1:], strict=False) if before < 0.0]
+
+
+def _restitution_between(stokes: float, ends: Sequence[tuple[float, float]]) -> float:
+    """exp(a - b/St) through two pairs of Stokes number and restitution (the form of Legendre et al. 2005)."""
+    (low, e_low), (high, e_high) = ends
+    share = (1.0 / stokes - 1.0 / low) / (1.0 / high - 1.0 / low)
+    return e_low ** (1.0 - share) * e_high**share
+
+
 SOURCE = "Gondret et al. 2002"
 # What the numerics alone may do to a first peak: where the sphere lies between the cells, the phase of the
 # step at the touch, DEM steps, fluid step. Of the 5 % that a first peak may be off the measured one, a share
@@ -402,7 +442,7 @@ def rebound(runner: Runner) -> Result:
     """Rebound of a steel sphere from a wall in oil, St = 152, its later bounces, sixteen offsets."""
     result = Result("Rebound from a wall, St = 152 (Gondret et al. 2002)",
                     axes=("t / s", "gap / D"))  # fmt: skip
-    diameter, later_measured = 0.003, (0.0022337, 0.00052021)
+    diameter = ST152.diameter
     measured = _reference("gondret_2002.csv", "St152")
     result.curves.append(Curve("measured", *_thin(measured[:, 0], measured[:, 1] / diameter), True))
     result.remarks.append(
@@ -420,17 +460,19 @@ def rebound(runner: Runner) -> Result:
         if n > 10:
             continue
         later = _peaks(time, high, 0.05 * diameter)
-        result.rows.append(Row("second peak / D, D/h = 10", later[1] / diameter, later_measured[0] / diameter, 0.1,
+        result.rows.append(Row("second peak / D, D/h = 10", later[1] / diameter, MEASURED_PEAKS[1], 0.1,
                                source=SOURCE))  # fmt: skip
-        result.rows.append(Row("third peak / D, D/h = 10", later[2] / diameter, later_measured[1] / diameter,
+        result.rows.append(Row("third peak / D, D/h = 10", later[2] / diameter, MEASURED_PEAKS[2],
                                source=SOURCE))  # fmt: skip
         base = peak
+        tops = [top / diameter for top in (peak, *later[1:3])]
+        result.rows += _restitution_rows(result, runner, _bounces(time, high, diameter), tops)
     time, high, peak, speed = _rebound(runner, "rebound-fall-10", 10, impact=ST152_FALL, after=0.16)
     result.curves.append(Curve("D/h = 10, pushed over 20 D", *_thin(time, high / diameter)))
     tops = [peak, *_peaks(time, high, 0.05 * diameter)[1:3]]
-    for name, top, due in zip(("first", "second", "third"), tops, (2.489 * diameter, *later_measured), strict=True):
+    for name, top, due in zip(("first", "second", "third"), tops, MEASURED_PEAKS, strict=True):
         result.rows.append(Row(f"{name} peak / D, D/h = 10, pushed over 20 D (impact at {speed:.3f} m/s)",
-                               top / diameter, due / diameter, source=SOURCE))  # fmt: skip
+                               top / diameter, due, source=SOURCE))  # fmt: skip
     finer = _rebound(runner, "rebound-half-step", 10, step=0.25 * diameter / 10)[2]
     result.rows.append(Row("first peak / D with half the fluid step", finer / diameter, base / diameter, NUMERICS,
                            source="the whole step"))  # fmt: skip
@@ -450,6 +492,34 @@ def rebound(runner: Runner) -> Result:
                            source="their mean"))  # fmt: skip
     result.rows.append(Row("mean of the 16 peaks", mean, 2.489, 0.05, source=SOURCE))
     return result
+
+
+def _restitution_rows(result: Result, runner: Runner, bounces: list[Bounce], tops: list[float]) -> list[Row]:
+    """Restitutions of the three bounces at St = 152 and of the one at 27, in the order of their Stokes numbers; and
+    where the third measured peak lies beside the law that the measured bounces on either side of it are on."""
+    time, high, top, _ = _rebound(runner, "rebound27-10", 10, impact=ST27, after=0.06)
+    peaks = [(top / ST27.diameter, ST27.peak), *zip(tops, MEASURED_PEAKS, strict=True)]
+    found = [_bounces(time, high, ST27.diameter)[0], *bounces[:3]]
+    measured = [b.measured(*pair) for b, pair in zip(found, peaks, strict=True)]
+    stokes = [ST27.stokes(found[0].speed), *(ST152.stokes(b.speed) for b in bounces[:3])]
+    names = ["St = 27, first bounce", "first bounce", "second bounce", "third bounce"]
+    rows = [
+        Row(f"restitution, speeds at a gap of D/10, D/h = 10: {names[k]} (St = {stokes[k]:.0f} there)",
+            found[k].restitution, measured[k].restitution, source=f"the measured peak, {SOURCE}")
+        for k in np.argsort(stokes)
+    ]  # fmt: skip
+    first, second, third = 0, 2, 3
+    ends = [(stokes[k], measured[k].restitution) for k in (first, second)]
+    expected = tops[2] * (_restitution_between(stokes[third], ends) / found[third].restitution) ** 2
+    rows.append(Row("third peak / D, D/h = 10, beside the bounces measured at St on either side", tops[2], expected,
+                    source="exp(a - b/St) through these"))  # fmt: skip
+    result.remarks.append(
+        f"A law of the Stokes number through the bounces measured at St = {ends[0][0]:.0f} and {ends[1][0]:.0f} has "
+        f"the third, at {stokes[third]:.0f}, rise to {expected:.3f} D. The run's is "
+        f"{100 * (tops[2] / expected - 1):+.0f} % off that, the measured one "
+        f"{100 * (MEASURED_PEAKS[2] / expected - 1):+.0f} %."
+    )
+    return rows
 
 
 def rebound27(runner: Runner) -> Result:
