@@ -315,38 +315,22 @@ template <class Real>
 void DispersionCorrection<Real>::give(const Vec3& centre, double radius, const Grid& grid,
                                       const Decomposition& decomposition, Field<Real>& gain,
                                       Field<Real>& velocity) {
-  const auto line = [&](int d) {
-    return PointsAlong{stencil_axis(grid, (d + 1) % 3, d), centre[d]};
-  };
-  const PointsAlong x = line(0), y = line(1), z = line(2);
+  const auto line = [&](int d) { return stencil_axis(grid, (d + 1) % 3, d); };
   const double reach = radius + (dispersion_reach + 1.5) * grid.h;
-  const auto [lowest, highest] = y.within(reach);
-  const auto [back, front] = z.within(reach);
-  for (int j = lowest; j <= highest; ++j)
-    for (int k = back; k <= front; ++k) {
-      const double chord = reach * reach - y.place(j) * y.place(j) - z.place(k) * z.place(k);
-      const int plane = y.wrapped(j), row = z.wrapped(k);
-      if (chord < 0.0 || !decomposition.holds(plane, row)) continue;
-      const auto [first, last] = x.within(std::sqrt(chord));
-      for (int begin = first; begin <= last;) {  // a row through the seam of periodic x is two
-        const int local_j = plane - decomposition.first(),
-                  local_k = row - decomposition.first_row();
-        const int from = x.wrapped(begin),
-                  count = std::min(last - begin, x.axis.highest - from) + 1;
-        for (int c = 0; c < 3; ++c) {
-          Real *u = velocity.row(local_j, local_k, c), *more = gain.row(local_j, local_k, c);
-          const auto length = static_cast<std::size_t>(count + lanes);
-          ask_to_write(u + velocity.plane_size() + from, length);
-          ask_to_write(more + gain.plane_size() + from, length);
-          // Whole registers: what lies beyond the ends is given, too, and not again.
-          for (int i = from & -lanes; i < from + count; i += lanes) {
-            store(u + i, load_wide(u + i) + load_wide(more + i));
-            store(more + i, Vector{});
-          }
-        }
-        begin += count;
+  const auto give_run = [&](int j, int k, int first, int end, const Vec3&) {
+    for (int c = 0; c < 3; ++c) {
+      Real *u = velocity.row(j, k, c), *more = gain.row(j, k, c);
+      const auto length = static_cast<std::size_t>(end - first + lanes);
+      ask_to_write(u + velocity.plane_size() + first, length);
+      ask_to_write(more + gain.plane_size() + first, length);
+      // Whole registers: what lies beyond the ends is given, too, and not again.
+      for (int i = first & -lanes; i < end; i += lanes) {
+        store(u + i, load_wide(u + i) + load_wide(more + i));
+        store(more + i, Vector{});
       }
     }
+  };
+  for_runs_within({line(0), line(1), line(2)}, decomposition, centre, reach, give_run);
 }
 
 }  // namespace bedload

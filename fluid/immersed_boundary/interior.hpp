@@ -77,7 +77,6 @@ class InteriorCells {
     shares_.clear();
     pairs_.clear();
   }
-  /// Number of (sphere, component) pairs so far.
 
   /// Adds the cells of one component inside one sphere; `field` only tells the layout.
   template <class Real>

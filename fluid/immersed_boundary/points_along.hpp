@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "fluid/grid/decomposition.hpp"
+#include "fluid/grid/sphere.hpp"
 #include "fluid/immersed_boundary/stencil.hpp"
 
 namespace bedload {
@@ -37,5 +39,32 @@ struct PointsAlong {
   }
   bool inner(int n) const { return axis.periodic || (n > axis.lowest && n < axis.highest); }
 };
+
+/// Runs of points within `radius` [L] of a centre, each in one row of this block: take(plane and
+/// row of the block, first point, end, r) with r the first one's place from the centre.
+template <class Take>
+void for_runs_within(const std::array<StencilAxis, 3>& axes, const Decomposition& decomposition,
+                     const Vec3& centre, double radius, Take take) {
+  const PointsAlong x{axes[0], centre[0]}, y{axes[1], centre[1]}, z{axes[2], centre[2]};
+  const auto half_chord = [](double half, double across) {
+    return std::sqrt(std::max(half * half - across * across, 0.0));
+  };
+  const auto [low, high] = y.within(radius);
+  for (int j = low; j <= high; ++j) {
+    if (!decomposition.holds_plane(y.wrapped(j))) continue;
+    const double disc = half_chord(radius, y.place(j));
+    const auto [back, front] = z.within(disc);
+    for (int k = back; k <= front; ++k) {
+      if (!decomposition.holds_row(z.wrapped(k))) continue;
+      const auto [left, right] = x.within(half_chord(disc, z.place(k)));
+      for (int i = left; i <= right;) {  // a row through the seam of periodic x is two
+        const int first = x.wrapped(i), end = std::min(first + right - i, x.axis.highest) + 1;
+        take(y.wrapped(j) - decomposition.first(), z.wrapped(k) - decomposition.first_row(), first,
+             end, Vec3(x.place(i), y.place(j), z.place(k)));
+        i += end - first;
+      }
+    }
+  }
+}
 
 }  // namespace bedload

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
 #include "fluid/grid/decomposition.hpp"
 #include "fluid/grid/field.hpp"
@@ -25,37 +24,6 @@ struct CoreChange {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
 };
 
-/// Runs of points of one velocity component, each in one row of this block, within `radius` [L] of
-/// a centre: take(row's point 0, first point, end, r) with r the first one's place from the centre.
-template <class Real, class Take>
-void for_runs_within(Field<Real>& velocity, const Grid& grid, const Decomposition& decomposition,
-                     int component, const Vec3& centre, double radius, Take take) {
-  const auto along = [&](int d) {
-    return PointsAlong{stencil_axis(grid, component, d), centre[d]};
-  };
-  const PointsAlong x = along(0), y = along(1), z = along(2);
-  const auto half_chord = [](double half, double across) {
-    return std::sqrt(std::max(half * half - across * across, 0.0));
-  };
-  const auto [low, high] = y.within(radius);
-  for (int j = low; j <= high; ++j) {
-    if (!decomposition.holds_plane(y.wrapped(j))) continue;
-    const double disc = half_chord(radius, y.place(j));
-    const auto [back, front] = z.within(disc);
-    for (int k = back; k <= front; ++k) {
-      if (!decomposition.holds_row(z.wrapped(k))) continue;
-      const auto [left, right] = x.within(half_chord(disc, z.place(k)));
-      Real* row = velocity.row(y.wrapped(j) - decomposition.first(),
-                               z.wrapped(k) - decomposition.first_row(), component);
-      for (int i = left; i <= right;) {  // a row through the seam of periodic x is two
-        const int first = x.wrapped(i), end = std::min(first + right - i, x.axis.highest) + 1;
-        take(row, first, end, Vec3(x.place(i), y.place(j), z.place(k)));
-        i += end - first;
-      }
-    }
-  }
-}
-
 /// The fluid in a sphere's core gets the sphere's motion, u = U + omega x r at r from the centre.
 ///
 /// Markers hold the fluid on average over their kernel only. What is free to circulate inside leaks
@@ -71,7 +39,8 @@ CoreChange carry_core(Field<Real>& velocity, const Grid& grid, const Decompositi
     Vec3 slope = Vec3::Zero();  // (omega x r)_c = omega_a r_b - omega_b r_a
     slope[b] = sphere.angular_velocity[a];
     slope[a] = -sphere.angular_velocity[b];
-    const auto take = [&](Real* u, int first, int end, const Vec3& r) {
+    const auto carry = [&](int j, int k, int first, int end, const Vec3& r) {
+      Real* u = velocity.row(j, k, c);
       double change = 0.0, x_change = 0.0;
       const double at_first = sphere.velocity[c] + slope.dot(r);
       for (int i = first; i < end; ++i) {
@@ -86,7 +55,8 @@ CoreChange carry_core(Field<Real>& velocity, const Grid& grid, const Decompositi
       sum.angular[a] += moment[b];
       sum.angular[b] -= moment[a];
     };
-    for_runs_within(velocity, grid, decomposition, c, sphere.position, radius, take);
+    const auto along = [&](int d) { return stencil_axis(grid, c, d); };
+    for_runs_within({along(0), along(1), along(2)}, decomposition, sphere.position, radius, carry);
   }
   return sum;
 }
