@@ -162,7 +162,6 @@ void FixLubrication::pre_force(int) {
 void FixLubrication::send(Sending what) {
   sending_ = what;
   comm->forward_comm_fix(this);
-  sending_ = Sending::accelerations;
 }
 
 double FixLubrication::load_acceleration(int i, int j, const double* normal) const {
@@ -276,11 +275,10 @@ double FixLubrication::inverse_mass(const Film& film) const {
 }
 
 /// One message for all of them.
-template <std::size_t count>
-void FixLubrication::sum_over_ranks(std::array<double, count>& numbers) const {
+void FixLubrication::sum_over_ranks(std::span<double> numbers) const {
   if (comm->nprocs > 1)
-    MPI_Allreduce(MPI_IN_PLACE, numbers.data(), static_cast<int>(count), MPI_DOUBLE, MPI_SUM,
-                  world);
+    MPI_Allreduce(MPI_IN_PLACE, numbers.data(), static_cast<int>(numbers.size()), MPI_DOUBLE,
+                  MPI_SUM, world);
 }
 
 /// Films of this step here, of all kinds.
@@ -288,7 +286,7 @@ double FixLubrication::films_here() const {
   return static_cast<double>(films_.size() + collisions_.size() + tangential_.size());
 }
 
-/// n·(a_i - a_j), the rate at which the gap's speed changes [m/s²].
+/// n·(a_i - a_j) by all forces but films', the rate at which the gap's speed changes [m/s²].
 double FixLubrication::relative(const Film& film) const {
   const Vector& n = film.normal;
   const Vector& a = accelerations_[film.i];
@@ -298,23 +296,6 @@ double FixLubrication::relative(const Film& film) const {
     r -= b[0] * n[0] + b[1] * n[1] + b[2] * n[2];
   }
   return r;
-}
-
-/// Accelerations of all spheres by the given forces of the films.
-void FixLubrication::accelerate(const std::vector<double>& forces) {
-  const int local = atom->nlocal;
-  std::fill(accelerations_.begin(), accelerations_.end(), Vector{});
-  for (std::size_t k = 0; k < films_.size(); ++k) {
-    const Film& film = films_[k];
-    const bool has_partner = film.j >= 0 && film.j < local;
-    const double wi = inverse_mass(film.i) * forces[k];
-    const double wj = has_partner ? inverse_mass(film.j) * forces[k] : 0.0;
-    for (int d = 0; d < 3; ++d) {
-      accelerations_[film.i][d] += wi * film.normal[d];
-      if (has_partner) accelerations_[film.j][d] -= wj * film.normal[d];
-    }
-  }
-  comm->forward_comm_fix(this);
 }
 
 /// g_n [m/s].
@@ -329,11 +310,12 @@ double FixLubrication::opening_speed(const Film& film) const {
 /// Each film by itself, under the forces that are not films.
 void FixLubrication::solve_alone() {
   const int local = atom->nlocal;
+  accelerations_.resize(local + atom->nghost);
   for (int i = 0; i < local; ++i) {
     const double w = inverse_mass(i);
     for (int d = 0; d < 3; ++d) accelerations_[i][d] = w * atom->f[i][d];
   }
-  comm->forward_comm_fix(this);
+  send(Sending::accelerations);
   const double dt = update->dt;
   for (Film& film : films_) {
     const double opening = opening_speed(film);
@@ -343,63 +325,17 @@ void FixLubrication::solve_alone() {
   }
 }
 
-/// Films that share a sphere: (D + A - diag A) F = D F_alone by conjugate gradients with D as
-/// preconditioner, from F = F_alone. A film that shares no sphere has no residual and keeps its
-/// force to the last bit.
-///
-/// One sum over the ranks in each iteration: with residual r, direction p and s = (D + A - diag A)
-/// p it brings p.s, and what the next square r.r/D is made of before the step alpha = (r.r/D)/p.s
-/// is known,
-///
-///   (r - alpha s).(r - alpha s)/D = r.r/D - 2 alpha r.s/D + alpha^2 s.s/D,
-///
-/// whose cancellation does not add up, as r.r/D itself is summed anew in each iteration (Meurant,
-/// Parallel Computing 5, 267, 1987). The first sum also says whether there are films at all.
+/// Films that share a sphere.
 void FixLubrication::solve_together() {
-  const std::size_t count = films_.size();
-  std::vector<double> direction(count), residual(count), moved(count);
-  const auto others = [&](const std::vector<double>& forces) {  // (A - diag A) F
-    accelerate(forces);
-    for (std::size_t k = 0; k < count; ++k) {
-      moved[k] = relative(films_[k]) - inverse_mass(films_[k]) * forces[k];
-    }
-  };
-  std::array<double, 3> first{films_here()};  // films; F.F D; r.r/D
-  for (std::size_t k = 0; k < count; ++k) direction[k] = films_[k].force;
-  others(direction);
-  for (std::size_t k = 0; k < count; ++k) {
-    const Film& film = films_[k];
-    residual[k] = -moved[k];
-    first[1] += film.share * film.compliance * film.force * film.force;
-    first[2] += film.share * residual[k] * residual[k] / film.compliance;
-    direction[k] = residual[k] / film.compliance;
-  }
-  sum_over_ranks(first);
-  films_somewhere_ = first[0] > 0;
-  const double enough = tolerance * tolerance * first[1];
-  double square = first[2];
-  for (int n = 0; n < most_iterations && square > enough; ++n) {
-    others(direction);
-    std::array<double, 4> sums{};  // p.s, r.r/D, r.s/D, s.s/D
-    for (std::size_t k = 0; k < count; ++k) {
-      const Film& film = films_[k];
-      moved[k] += film.compliance * direction[k];
-      const double weight = film.share / film.compliance;
-      sums[0] += film.share * direction[k] * moved[k];
-      sums[1] += weight * residual[k] * residual[k];
-      sums[2] += weight * residual[k] * moved[k];
-      sums[3] += weight * moved[k] * moved[k];
-    }
-    sum_over_ranks(sums);
-    const double step = sums[1] / sums[0];
-    square = std::max(0.0, sums[1] - 2.0 * step * sums[2] + step * step * sums[3]);
-    for (std::size_t k = 0; k < count; ++k) {
-      Film& film = films_[k];
-      film.force += step * direction[k];
-      residual[k] -= step * moved[k];
-      direction[k] = residual[k] / film.compliance + square / sums[1] * direction[k];
-    }
-  }
+  system_.begin(atom->nlocal, atom->nlocal + atom->nghost, films_.size());
+  for (const Film& film : films_)
+    system_.add(film.i, film.j, film.normal, inverse_mass(film.i),
+                film.j < 0 ? 0.0 : inverse_mass(film.j), film.compliance, film.force, film.share);
+  films_somewhere_ = system_.solve(
+      tolerance, most_iterations,
+      {.refresh = [this] { send(Sending::film_accelerations); },
+       .sum = [this](std::span<double> numbers) { sum_over_ranks(numbers); }});
+  for (std::size_t k = 0; k < films_.size(); ++k) films_[k].force = system_.force(k);
 }
 
 /// Of sphere k = t.i or t.j.
@@ -469,7 +405,6 @@ void FixLubrication::pre_final_integrate() {
   for (Film& film : collisions_) film.force = film.borne - film.coefficient * opening_speed(film);
   apply(collisions_);
   if (tangential_on_) apply_tangential();
-  accelerations_.resize(local + atom->nghost);
   solve_alone();
   solve_together();
   stale_ = films_somewhere_;
@@ -505,28 +440,38 @@ void FixLubrication::setup(int) {
   }
 }
 
-int FixLubrication::pack_comm(int count, int* list, double* buffer, int, int*) {
-  const std::vector<Vector>& vectors = sending_ == Sending::loads ? loads_ : accelerations_;
-  int m = 0;
-  for (int n = 0; n < count; ++n) {
-    if (sending_ == Sending::rates) {
-      buffer[m++] = rates_[list[n]];
-    } else {
-      for (const double value : vectors[list[n]]) buffer[m++] = value;
-    }
+/// What send() is about, of one sphere.
+FixLubrication::Vector FixLubrication::sent(int i) const {
+  switch (sending_) {
+    case Sending::rates: return {rates_[i]};
+    case Sending::loads: return loads_[i];
+    case Sending::film_accelerations: return system_.acceleration(i);
+    case Sending::accelerations: break;
   }
-  return sending_ == Sending::rates ? 1 : comm_forward;
+  return accelerations_[i];
+}
+
+int FixLubrication::pack_comm(int count, int* list, double* buffer, int, int*) {
+  const int numbers = sending_ == Sending::rates ? 1 : comm_forward;
+  for (int n = 0; n < count; ++n) {
+    const Vector values = sent(list[n]);
+    buffer = std::copy_n(values.begin(), numbers, buffer);
+  }
+  return numbers;
 }
 
 void FixLubrication::unpack_comm(int count, int first, double* buffer) {
-  std::vector<Vector>& vectors = sending_ == Sending::loads ? loads_ : accelerations_;
-  int m = 0;
-  for (int n = first; n < first + count; ++n) {
+  for (int i = first; i < first + count; ++i) {
     if (sending_ == Sending::rates) {
-      rates_[n] = buffer[m++];
-    } else {
-      for (double& value : vectors[n]) value = buffer[m++];
+      rates_[i] = *buffer++;
+      continue;
     }
+    const Vector values{buffer[0], buffer[1], buffer[2]};
+    buffer += comm_forward;
+    if (sending_ == Sending::film_accelerations)
+      system_.set_acceleration(i, values);
+    else
+      (sending_ == Sending::loads ? loads_ : accelerations_)[i] = values;
   }
 }
 

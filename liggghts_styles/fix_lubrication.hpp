@@ -1,12 +1,13 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "fix.h"
 #include "liggghts_styles/contact_observers.hpp"
+#include "liggghts_styles/film_system.hpp"
 #include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/formulas/tangential_lubrication.hpp"
 #include "liggghts_styles/keywords.hpp"
@@ -104,7 +105,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
 
  private:
   using Vector = contact::Vector3;
-  enum class Sending { accelerations, rates, loads };
+  enum class Sending { accelerations, film_accelerations, rates, loads };
 
   struct Film {
     int i, j;
@@ -122,6 +123,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   };
 
   void send(Sending what);
+  Vector sent(int i) const;
   void prepare_tangential(double h);
   void add_tangential(const Surfaces& s);
   double tangential_rate(const Tangential& t, int k) const;
@@ -140,10 +142,8 @@ class FixLubrication : public LAMMPS_NS::Fix {
   void refuse_projected_spheres() const;
   void solve_alone();
   void solve_together();
-  void accelerate(const std::vector<double>& forces);
   double relative(const Film& film) const;
-  template <std::size_t count>
-  void sum_over_ranks(std::array<double, count>& numbers) const;
+  void sum_over_ranks(std::span<double> numbers) const;
 
   std::string law_;
   bool tangential_on_ = false;
@@ -157,7 +157,8 @@ class FixLubrication : public LAMMPS_NS::Fix {
   std::vector<Film> films_;
   std::vector<Film> collisions_;  // what the grid resolves and should not, or the contact bears
   std::vector<Tangential> tangential_;
-  std::vector<Vector> accelerations_;  // of local and ghost spheres [m/s²]
+  FilmSystem system_;                  // films_, solved for together
+  std::vector<Vector> accelerations_;  // by all but films, of local and ghost spheres [m/s²]
   std::vector<double> rates_;          // summed over a sphere's tangential films [1/s]
   LAMMPS_NS::FixPropertyAtom* fluid_force_ = nullptr;  // of fix couple/fluid
   FluidValue fluid_density_, loads_received_;
