@@ -168,6 +168,40 @@ def without_rest(runner: Runner, reference: Reference) -> list[Row]:
     ]  # fmt: skip
 
 
+FIFTH = 500.0  # D^2/nu: as long as the scene as shipped
+
+
+def erosion_long(runner: Runner) -> Result:
+    """The bed of Re_b 0.301 five times as long as the scene says: how its flux goes on."""
+    result = Result("A thick bed under a viscous flow for a long time, Re_b 0.301, D/h = 6",
+                    axes=("t nu / D^2", "flux of grains over fluid"))  # fmt: skip
+    reference = CASES_OF_FLUX[0]
+    run = runner("../laminar_erosion", f"erosion-{reference.reynolds:g}-long", {
+        "time.end": 5.0 * FIFTH, "statistics.from": 3.0 * FIFTH, "accuracy.precision": "single",
+    })  # fmt: skip
+    s = flow_statistics.read(run)
+    result.rows += rows_of(s, float(run.box[1]), reference, run.diameter)
+    time, values = flux_samples(run)
+    over_fluid = values / fluxes(s)[0]
+    fifths = fifths_of(time, over_fluid)
+    result.rows += [
+        Row(f"flux of grains over fluid, t = {n * FIFTH:g} to {(n + 1) * FIFTH:g}", mean) for n, mean in enumerate(fifths)
+    ]
+    result.rows.append(Row("flux of grains, last fifth of the time over the fourth", fifths[4] / fifths[3], 1.0,
+                           source="steady"))  # fmt: skip
+    every = max(1, len(time) // 150)
+    result.curves += [Curve("flux of grains over fluid", np.round(time[::every], 3).tolist(),
+                            np.round(over_fluid[::every], 6).tolist())]  # fmt: skip
+    result.curves += [Curve(f"{what} measured", [0.0, float(time[-1])], [flux, flux])
+                      for what, flux in zip(("least", "most"), reference.flux, strict=True)]  # fmt: skip
+    return result
+
+
+def fifths_of(time: np.ndarray, values: np.ndarray) -> list[float]:
+    """Means over each FIFTH of the time."""
+    return [float(np.mean(values[(time >= n * FIFTH) & (time < (n + 1) * FIFTH)])) for n in range(5)]
+
+
 SHIPPED = "as shipped"
 CHOICES: dict[str, tuple[dict[str, object], dict[str, object]]] = {
     SHIPPED: ({}, {}),
@@ -396,6 +430,7 @@ def erosion_law(runner: Runner, friction: Friction) -> Result:
 CASES: dict[str, Callable[[Runner], Result]] = {
     "erosion": partial(erosion_at, reference=CASES_OF_FLUX[0]),
     "erosion402": partial(erosion_at, reference=CASES_OF_FLUX[1]),
+    "erosion_long": erosion_long,
     "erosion_choices": erosion_choices,
     "erosion_law": partial(erosion_law, friction=AT_REST),
     "erosion_law_damper": partial(erosion_law, friction=DAMPER),

@@ -150,3 +150,9 @@ def test_a_choice_changes_all_that_belongs_to_it():
         assert variables.get("length_x", 8.0) == length[0] and variables.get("length_y", 16.0) == length[1], name
         assert fluid.get("flow.bulk_velocity", 0.019) * length[1] == pytest.approx(0.019 * 16.0), name
         assert length[1] - fluid.get("start.height", 9.1) == pytest.approx(6.9), name
+
+
+def test_fifths_are_means_over_500_time_units():
+    time = np.arange(0.0, 2500.0, 100.0)
+    values = np.repeat([1.0, 2.0, 4.0, 8.0, 16.0], 5)
+    assert erosion.fifths_of(time, values) == [1.0, 2.0, 4.0, 8.0, 16.0]
