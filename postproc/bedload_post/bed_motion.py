@@ -46,8 +46,9 @@ def maps(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.array(times), np.array(shares), np.array(tops)
 
 
-def compare(named: Sequence[tuple[str, Run]], file: Path) -> bool:
-    """Where and when grains move, one panel a run, on one scale; False, and nothing drawn, without a bed's maps."""
+def compare(named: Sequence[tuple[str, Run]], file: Path, since: float = 0.0) -> bool:
+    """Where and when grains move, one panel a run, on one scale, with a dashed line where the start-up ends (`since`
+    [T], 0: none); False, and nothing drawn, without a bed's maps."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -66,9 +67,11 @@ def compare(named: Sequence[tuple[str, Run]], file: Path) -> bool:
         image = axis.imshow(
             share, origin="lower", aspect="auto", extent=reach, cmap="inferno", vmin=0, vmax=1, interpolation="nearest"
         )
+        if since > 0.0:
+            axis.axhline(since / unit, color="#00b0b0", ls="--", lw=1.5)
         axis.set(title=name, xlabel="x / D", facecolor=NO_GRAIN)
-    axes[0, 0].set_ylabel("t u_b / D")
-    figure.colorbar(image, ax=axes[0, -1], label="share of grains in motion (blue: no grain)")
+    axes[0, 0].set_ylabel("$t\\, u_b / D$")
+    figure.colorbar(image, ax=axes[0, -1], label=f"share of grains faster than {MOVING:g} $u_b$ (blue: no grain)")
     figure.savefig(file, dpi=90)
     plt.close(figure)
     return True
