@@ -5,6 +5,7 @@ belongs to one density ratio, so that no panel has more curves than there are mo
 95 % intervals; a curve that is too short of samples for one is drawn thin. Models with friction are dashed.
 """
 
+import io
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of a backend without a screen)
 import numpy as np  # noqa: E402
+from PIL import Image  # noqa: E402
 from scipy.stats import chi2  # noqa: E402
 
 from .collision_statistics import (  # noqa: E402
@@ -38,9 +40,8 @@ MODELS = {
 PAPER_CELLS = 20  # to a diameter, of the paper's Setup II
 JUMP_EDGES = np.linspace(0.0, 1.5, 16)  # heights of jumps, in D
 FEWEST = 10  # jumps or creeping phases of a model that is drawn
-POCKET = 1.32  # y/D of a grain in a pocket of the bed
 SLIP_LENGTHS = np.concatenate([[0.0], np.geomspace(0.02, 2.0, 16)])  # of creeping phases, in D
-DPI, DPI_OF_TALL, TALL = 110, 80, 6.0  # a figure of several rows [inch] stays a small file
+DPI = 110
 LEGEND = 0.32  # height of the row of names over a figure [inch]
 SPIN_BINS, VELOCITY_BINS = 5, 3  # over which PDFs are smoothed
 
@@ -98,8 +99,12 @@ class Case:
 
 
 def _save(figure, file: Path) -> None:
-    figure.savefig(file, dpi=DPI if figure.get_figheight() < TALL else DPI_OF_TALL)
+    """In 256 colours: a third of the bytes, so that a figure of several rows stays a small file."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, dpi=DPI)
     plt.close(figure)
+    with Image.open(buffer) as picture:
+        picture.convert("RGB").quantize(256).save(file, optimize=True)
 
 
 def rows_of(cases: Sequence[Case]) -> list[list[Case]]:
@@ -154,7 +159,8 @@ def heights(cases: Sequence[Case], file: Path) -> bool:
     """PDF of y, mean omega_3(y) and mean u_p(y)."""
     rows = rows_of(cases)
     figure, axes = _grid(rows, 3, 11, 4.0, sharey=True)
-    top = POCKET
+    bed_top, pocket = cases[0].run.bed_top / cases[0].run.diameter, pocket_height(cases[0].run)
+    top = bed_top
     for panels, own in zip(axes, rows, strict=True):
         for case in own:
             y, density = case.transport.height_pdf()
@@ -165,22 +171,33 @@ def heights(cases: Sequence[Case], file: Path) -> bool:
             panels[0].fill_betweenx(
                 y[kept], low, (density + half)[kept], color=case.colour, alpha=0.2, lw=0
             )
-            top = max(top, float(case.transport.over_height(1)[0].max(initial=POCKET)))
+            top = max(top, float(case.transport.over_height(1)[0].max(initial=bed_top)))
             for row, panel in ((1, panels[1]), (2, panels[2])):
                 y_mean, mean = case.transport.over_height(row)
                 _band_sideways(panel, case, mean, y_mean, case.transport.over_height_interval(row))
-        panels[0].set(xlabel="PDF of y / D", ylabel="y / D (bed's top at 1)", xscale="log", xlim=(1e-3, None))
+        panels[0].set(xlabel="PDF of y / D", xscale="log", xlim=(1e-3, None))
+        panels[0].set_ylabel(f"y / D (bed's top at {bed_top:g})")
         panels[1].set(xlabel="mean $\\omega_3 D / u_b$ of all grains at y")
         panels[2].set(xlabel="mean $u_p / u_b$ of all grains at y")
         panels[1].axvline(0, color="#bbbbbb", lw=0.8, zorder=0)
-        for panel in panels:
-            panel.axhline(POCKET, color="#bbbbbb", lw=0.8, ls=":", zorder=0)
-        panels[2].annotate("grain in a pocket", (0.98, POCKET), xycoords=("axes fraction", "data"), ha="right",
-                           va="top", fontsize=8, color="#777777")  # fmt: skip
-    axes[0, 0].set_ylim(1.15, top + 0.2)
+        for panel in panels if pocket else ():
+            panel.axhline(pocket, color="#bbbbbb", lw=0.8, ls=":", zorder=0)
+            panel.annotate("in a pocket", (0.98, pocket), xycoords=("axes fraction", "data"), ha="right", va="top",
+                           fontsize=8, color="#777777")  # fmt: skip
+    axes[0, 0].set_ylim(bed_top + 0.1, top + 0.2)
     _finish(figure, axes, rows)
     _save(figure, file)
     return True
+
+
+def pocket_height(run: Run) -> float | None:
+    """y/D of the centre of a grain on three neighbours of a bed of one layer; None without such a bed."""
+    position, radius = run.fixed_spheres()
+    if len(position) < 3 or np.ptp(position[:, 1]) > 1e-6 or np.ptp(radius) > 1e-6:
+        return None
+    first = np.linalg.norm(position[1:] - position[0], axis=1).min()
+    reach = (radius[0] + 0.5 * run.diameter) ** 2 - first**2 / 3.0
+    return float((position[0, 1] + np.sqrt(reach)) / run.diameter) if reach > 0 else None
 
 
 def _pdfs(axis, cases: Sequence[Case], name: str, state: int, width: int) -> None:
@@ -323,7 +340,7 @@ def mean_velocities(values: Sequence[dict], file: Path, with_paper: bool) -> boo
             if with_paper and v["model"] in MODELS:
                 axis.plot(place, MODELS[v["model"]][2], "k_", ms=22)
         axis.set_xticks(range(len(own)), [model_label(v["model"]) for v in own])
-        axis.set(ylim=(0, None), xlim=(-0.5, len(own) - 0.5))
+        axis.set(ylim=(-0.02 * axis.get_ylim()[1], None), xlim=(-0.5, len(own) - 0.5))
         axis.set_title(f"ρp/ρf = {own[0]['density_ratio']:g}", fontsize=10)
     axes[0, 0].set_ylabel("mean particle velocity / $u_b$")
     handles = [plt.Line2D([], [], color="#555555", marker="o", label="here, 95 % interval")]
@@ -359,7 +376,7 @@ def trend(records: Sequence[Sequence[dict]], file: Path, with_paper: bool) -> bo
                     )  # fmt: skip
             if with_paper and model in MODELS:
                 axis.plot(PAPER_CELLS * aside, MODELS[model][2], "D", ms=7, mfc="none", color=style["color"])
-        axis.set(xlabel="cells to a diameter (D / h)", ylim=(0, None), xscale="log")
+        axis.set(xlabel="cells to a diameter (D / h)", ylim=(-0.02 * axis.get_ylim()[1], None), xscale="log")
         ticks = sorted({_cells(v) for v in own} | ({PAPER_CELLS} if with_paper else set()))
         axis.set_xticks(ticks, [f"{c:g}" for c in ticks])
         axis.set_xticks([], minor=True)
@@ -476,12 +493,13 @@ def flow(profiles: Sequence[tuple[Case, FlowStatistics]], file: Path) -> bool:
                 axis.plot(np.sqrt(np.maximum(p[name], 0)) / scale, at, **case.line)
             density = case.run.value("fluid.density")
             panels[4].plot(p.total_stress / (density * scale**2), face, **case.line)
-        panels[0].set(xlabel="mean $u / u_b$ (intrinsic)", ylabel="y / D (bed's top at 1)")
+        bed_top = own[0].run.bed_top / own[0].run.diameter
+        panels[0].set(xlabel="mean $u / u_b$ (intrinsic)", ylabel=f"y / D (bed's top at {bed_top:g})")
         for axis, name in zip(panels[1:4], "uvw", strict=True):
             axis.set(xlabel=f"rms of ${name} / u_b$")
         panels[4].set(xlabel="total shear stress / $\\rho u_b^2$")
         for axis in panels:
-            axis.axhline(1.0, color="#bbbbbb", lw=0.8, ls=":", zorder=0)
+            axis.axhline(bed_top, color="#bbbbbb", lw=0.8, ls=":", zorder=0)
     _finish(figure, axes, rows)
     _save(figure, file)
     return True

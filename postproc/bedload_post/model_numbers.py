@@ -15,10 +15,10 @@ from .collision_statistics import STOKES_LIMITS, CollisionStatistics, collision_
 from .model_figures import Case
 from .outputs import Run
 from .states import JUMPING, NAMES, RESTING
-from .transport import Transport, jump_heights, measure
+from .transport import Transport, measure
 
 MOST_SEPARATE = 20  # grains that may be meant to be far from each other
-NEXT_TO_BED, ABOVE = (1.0, 2.0), (2.0, 2.5)  # y/D: up to a diameter over the bed's top, and farther up
+NEXT_TO_BED, ABOVE = (0.0, 1.0), (1.0, 1.5)  # of the grains' centres over the bed's top, in D
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def numbers(case: Case, bed: Bed | None = None) -> dict:
     time = np.concatenate(t.time)
     velocity = t.mean("velocity")
     phases = t.phases
-    heights = jump_heights(phases, run.diameter)
+    jump, jump_half = t.mean_jump_height(run.diameter)
     height = t.mean("height")
     collisions = collision_statistics(run, case.since)
     low, low_half = t.low_height()
@@ -86,11 +86,9 @@ def numbers(case: Case, bed: Bed | None = None) -> dict:
         "spread_of_height": spread,
         "spread_of_height_interval": _known(spread_half),
         "mean_spin": t.mean("spin").mean,
-        "jumps": len(heights),
-        "mean_jump_height": float(heights.mean()) if len(heights) else None,
-        "mean_jump_height_interval": _known(
-            1.96 * heights.std(ddof=1) / np.sqrt(len(heights)) if len(heights) > 1 else np.nan
-        ),
+        "jumps": int(phases.jumps().sum()),
+        "mean_jump_height": _known(jump),
+        "mean_jump_height_interval": _known(jump_half),
         "share_moving": t.mean("moving").mean,
         "share_moving_interval": t.mean("moving").half_width,
         "jumping_spin": _known(spin),
@@ -100,7 +98,7 @@ def numbers(case: Case, bed: Bed | None = None) -> dict:
         "box_length": run.box[0] / run.diameter,
         "low_height": _known(low),
         "low_height_interval": _known(low_half),
-        **spin_over_height(t),
+        **spin_over_height(t, run.bed_top / run.diameter),
         "profiles": profiles(t),
         **collision_numbers(collisions),
         **drift("velocity", *t.halves("velocity")),
@@ -130,14 +128,15 @@ def _known(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def spin_over_height(transport: Transport) -> dict:
-    """Largest mean omega_3 in a slice of 0.1 D next to the bed, of all grains and of those that do not rest, with
-    its height, and the mean farther up; None without samples there."""
+def spin_over_height(transport: Transport, bed_top: float) -> dict:
+    """Largest mean omega_3 in a slice of 0.1 D up to a diameter over the bed's top (at y/D `bed_top`), of all grains
+    and of those that do not rest, with its height, and the mean farther up; None without samples there."""
     found: dict = {"spin_peak_height": None}
     all_grains = transport.coarse_profile(1)
-    moving = transport.coarse_profile(1, resting=False).largest(*NEXT_TO_BED)
-    peak = all_grains.largest(*NEXT_TO_BED)
-    for name, value in (("spin_peak", peak), ("moving_spin_peak", moving), ("spin_above", all_grains.between(*ABOVE))):
+    near, far = ([bed_top + height for height in reach] for reach in (NEXT_TO_BED, ABOVE))
+    moving = transport.coarse_profile(1, resting=False).largest(*near)
+    peak = all_grains.largest(*near)
+    for name, value in (("spin_peak", peak), ("moving_spin_peak", moving), ("spin_above", all_grains.between(*far))):
         found[name], found[f"{name}_interval"] = (None, None) if value is None else value[:2]
     if peak is not None:
         found["spin_peak_height"] = peak[2]

@@ -18,27 +18,31 @@ def names_of(values: Sequence[dict]) -> list[str]:
     ]
 
 
-def order_sentences(values: Sequence[dict]) -> str:
-    """A sentence on the models' order for each density ratio that has two of them."""
+def order_sentences(values: Sequence[dict], with_paper: bool) -> str:
+    """A sentence on the models' order for each density ratio that has two of them; beside the paper's where that has
+    velocities."""
     ratios = sorted({v["density_ratio"] for v in values})
     found = []
     for ratio in ratios:
         known = [v for v in values if v["density_ratio"] == ratio and v["model"] in MODELS]
         if len(known) > 1:
-            text = order_sentence(known)
+            text = order_sentence(known, with_paper)
             found.append(
                 text if len(ratios) == 1 else f"At ρp/ρf {ratio:g}: {text[0].lower()}{text[1:]}"
             )
     return " ".join(found)
 
 
-def order_sentence(known: Sequence[dict]) -> str:
-    """Whether the models stand in the paper's order, and which neighbours the intervals part."""
+def order_sentence(known: Sequence[dict], with_paper: bool) -> str:
+    """The models' order, whether it is the paper's, and which neighbours the intervals do not part."""
     order = sorted(known, key=lambda v: -v["mean_velocity"])
     names = [MODELS[v["model"]][0] for v in order]
     expected = [MODELS[m][0] for m in MODELS if m in {v["model"] for v in known}]
     text = "Mean velocity falls in the order " + " > ".join(names)
-    text += ", the paper's." if names == expected else f"; the paper's is {' > '.join(expected)}."
+    if not with_paper:
+        text += "."
+    else:
+        text += ", the paper's." if names == expected else f"; the paper's is {' > '.join(expected)}."
     close = [
         f"{MODELS[a['model']][0]} and {MODELS[b['model']][0]}"
         for a, b in zip(order, order[1:], strict=False)

@@ -8,7 +8,7 @@ figures that need no more than its numbers, anew from its numbers.json.
 import html
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +41,7 @@ CAPTIONS = {
     SHARES: "Share of time resting, creeping, jumping",
     "collisions.png": "Collisions: Stokes number of the impact, duration over T_c, largest overlap",
     "series.png": "Mean velocity of all grains over time",
-    "motion.png": "Where and when grains of the bed move; the dashed line ends the start-up",
+    "motion.png": "Where and when grains of the bed move",
     "flow.png": "The flow: mean velocity, rms, total shear stress (time means, without intervals)",
     "correlations.png": "Two-point correlations of u",
 }
@@ -91,16 +91,17 @@ def draw_figures(comparison: Comparison, values: Sequence[dict], folder: Path) -
     since = min(case.since for case in cases)
     drawn = draw_numbers(comparison, values, folder)
 
-    def draw(name: str, figure: Callable[[Path], bool]) -> None:
+    def draw(name: str, figure: Callable[[Path], bool], more: str = "") -> None:
         if figure(folder / name):
-            drawn.append((name, CAPTIONS[name]))
+            drawn.append((name, CAPTIONS[name] + more))
 
     draw("heights.png", lambda file: figures.heights(cases, file))
     draw("jumping.png", lambda file: figures.jumping(cases, file))
     draw("creeping.png", lambda file: figures.creeping(cases, file))
     draw("collisions.png", lambda file: figures.collisions(measured, file))
     draw("series.png", lambda file: figures.velocity_series(cases, file))
-    draw("motion.png", lambda file: bed_motion.compare([(case.label, case.run) for case in cases], file, since))
+    draw("motion.png", lambda file: bed_motion.compare([(case.label, case.run) for case in cases], file, since),
+         "; the dashed line ends the start-up" if since > 0.0 else "")  # fmt: skip
     if flows:
         draw("flow.png", lambda file: figures.flow(flows, file))
     if (folder / "correlations.png").is_file():
@@ -174,7 +175,7 @@ def sections(
     names = sentences.names_of(values)
     found = paper.verdicts(comparison.setup, values)
     told = [
-        sentences.order_sentences(values),
+        sentences.order_sentences(values, comparison.with_paper),
         trend_sentence(values, comparison.beside, comparison.with_paper),
         repeated_sentence(values, comparison.beside),
         sentences.record_sentence(comparison.setup, values),
@@ -280,7 +281,7 @@ def keep(
     kept = {
         "title": comparison.title, "scene": comparison.scene, "setup": comparison.setup,
         "circumstances": comparison.circumstances, "figures": drawn, "remarks": remarks,
-        "runs": values, "beside": [asdict(record) for record in comparison.beside],
+        "runs": values, "beside": [record.kept() for record in comparison.beside],
     }  # fmt: skip
     text = json.dumps(kept, indent=1, ensure_ascii=False, default=float)
     (folder / "numbers.json").write_text(text + "\n", encoding="utf-8")
@@ -294,6 +295,8 @@ def rewrite(comparison: Comparison, kept: dict, folder: Path) -> None:
     values = sorted(kept["runs"], key=lambda v: in_order(v["model"], v["density_ratio"]))
     drawn = draw_numbers(comparison, values, folder)
     done = {file for file, _ in drawn}
-    others = kept.get("figures") or [(file, text) for file, text in CAPTIONS.items() if (folder / file).is_file()]
+    # Of figures whose captions were not kept nothing is said but what they show.
+    plain = [(file, text.split(" (")[0].split(";")[0]) for file, text in CAPTIONS.items()]
+    others = kept.get("figures") or [(file, text) for file, text in plain if (folder / file).is_file()]
     drawn += [(file, text) for file, text in others if file not in done and file != TREND]
     keep(comparison, values, drawn, folder, kept.get("remarks", ""))

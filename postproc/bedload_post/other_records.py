@@ -21,8 +21,16 @@ class Record:
     runs: Sequence[dict]
     same_settings: bool = False  # but for resolution and length
 
+    def kept(self) -> dict:
+        """What numbers.json holds of it: what stands beside the runs of the report."""
+        runs = [{name: v[name] for name in NEEDED if name in v} for v in self.runs]
+        return {"name": self.name, "same_settings": self.same_settings, "runs": runs}
+
 
 THESE = "these"
+NEEDED = (
+    "model", "density_ratio", "cells_per_diameter", "flow_throughs", "mean_velocity", "mean_velocity_interval",
+)  # fmt: skip
 
 
 def change(other: dict, own: dict) -> str:

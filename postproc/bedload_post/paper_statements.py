@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from scipy.stats import t as student
 
-from .model_figures import MODELS
+from .model_figures import MODELS, PAPER_CELLS
 
 CRITICAL_SHIELDS = 0.035
 TABLE_2 = {model: entry[2] for model, entry in MODELS.items()}
@@ -511,14 +511,17 @@ def opening(found: Sequence[Verdict]) -> str:
 
 def _topics(found: Iterable[Verdict]) -> list[str]:
     """Topics with the models and densities that they are said of."""
-    subjects: dict[str, list[str]] = {}
+    topics: dict[str, dict[str, list[str]]] = {}
     for v in found:
-        subject = v.subject + (f" at {v.at}" if v.at else "")
-        subjects.setdefault(v.topic or v.claim, []).append(subject)
-    return [
-        topic + (f" ({named})" if (named := ", ".join(name.strip() for name in names if name)) else "")
-        for topic, names in subjects.items()
-    ]
+        topics.setdefault(v.topic or v.claim, {}).setdefault(v.subject, []).append(v.at)
+    texts = []
+    for topic, subjects in topics.items():
+        named = ", ".join(
+            " at ".join([subject, "/".join(ratios)] if any(ratios) else [subject]).strip()
+            for subject, ratios in subjects.items()
+        )
+        texts.append(f"{topic} ({named})" if named else topic)
+    return texts
 
 
 def far_off(setup: int, values: Sequence[dict]) -> list[tuple[dict, float]]:
@@ -538,11 +541,14 @@ def experiments(model: str, scene: str, cells: str) -> list[tuple[str, str]]:
     """Commands that vary one cause of a difference at a time: (what is asked, command)."""
     line = f"./bedload study models --scene {scene} --models {model} --no-bed --cells {cells}"
     finer = f"./bedload study models --scene {scene} --models {model} --no-bed --cells"
-    asked = [
-        ("the resolution", f"{finer} 20 --flow-throughs 10 --out runs/fine"),
-        ("the box", f"{line.replace(scene, 'setup2')} --set accuracy.precision='\"single\"' "
-         "--set start.from='\"logarithmic\"' --flow-throughs 10 --discard 4 --out runs/large"),
-    ]  # fmt: skip
+    asked = []
+    if float(cells) < PAPER_CELLS:
+        asked.append(("the resolution", f"{finer} {PAPER_CELLS} --flow-throughs 10 --out runs/fine"))
+    if scene != "setup2":
+        asked.append((
+            "the box", f"{line.replace(scene, 'setup2')} --set accuracy.precision='\"single\"' "
+            "--set start.from='\"logarithmic\"' --flow-throughs 10 --discard 4 --out runs/large",
+        ))  # fmt: skip
     if model.startswith("rpm"):
         return [
             ("the range, twice the paper's", f"{line} --var repulsion_range=0.2 --out runs/range"),

@@ -120,25 +120,24 @@ class Transport:
         half = float(_half_widths(np.array(parts)[:, None])[0])
         return _quantile(self.by_height[0], share), max(half, 0.5 * (HEIGHT_EDGES[1] - HEIGHT_EDGES[0]))
 
-    def slip_ratio(self) -> tuple[float, float]:
-        """R = L_slip/L of all complete creeping phases together and the half width of its interval; nan where nothing
-        creeps, and for the interval where something does in fewer than three parts of the record.
+    def _by_part(self, rows: np.ndarray, *weights: np.ndarray) -> list[np.ndarray]:
+        """Sums of `weights` (a value a phase) over the phases `rows` that begin in each part of the record."""
+        time = np.concatenate(self.time)
+        through = (self.phases.start[rows] - time[0]) / max(time[-1] - time[0], 1e-300)
+        part = np.clip((PARTS * through).astype(np.intp), 0, PARTS - 1)
+        return [np.bincount(part, weight[rows], PARTS) for weight in weights]
 
-        Of n parts, by the beginnings of the phases, with slips s and ways l: t sqrt(n/(n-1) sum (s - R l)^2)/sum l.
-        """
+    def slip_ratio(self) -> tuple[float, float]:
+        """L_slip/L of all complete creeping phases together and the half width of its interval."""
         phases = self.phases
         rows = np.flatnonzero(phases.complete & (phases.state == CREEPING))
-        time = np.concatenate(self.time)
-        through = (phases.start[rows] - time[0]) / max(time[-1] - time[0], 1e-300)
-        part = np.clip((PARTS * through).astype(np.intp), 0, PARTS - 1)
-        slip, way = (np.bincount(part, weights[rows], PARTS) for weights in (phases.slip, phases.path))
-        if not way.sum():
-            return float("nan"), float("nan")
-        ratio = float(slip.sum() / way.sum())
-        if (way > 0).sum() < 3:
-            return ratio, float("nan")
-        scatter = np.sqrt(PARTS / (PARTS - 1) * ((slip - ratio * way) ** 2).sum())
-        return ratio, float(student.ppf(0.975, PARTS - 1) * scatter / way.sum())
+        return ratio_of_sums(*self._by_part(rows, phases.slip, phases.path))
+
+    def mean_jump_height(self, diameter: float) -> tuple[float, float]:
+        """Mean height of all complete jumps in D and the half width of its interval; jumps of the same time are no
+        independent ones."""
+        heights = self.phases.height / diameter
+        return ratio_of_sums(*self._by_part(np.flatnonzero(self.phases.jumps()), heights, np.ones_like(heights)))
 
     def spin_pdf(self, state: int) -> tuple[np.ndarray, np.ndarray]:
         return _density(SPIN_EDGES, self.spins[state])
@@ -168,6 +167,22 @@ class Transport:
         square, half = _mean_and_interval((y - mean) ** 2, counts)
         spread = float(np.sqrt(square))
         return spread, half / (2.0 * spread) if spread > 0 else 0.0
+
+
+def ratio_of_sums(above: np.ndarray, below: np.ndarray) -> tuple[float, float]:
+    """R = sum a/sum b over n parts of a record and the half width of its interval,
+
+        t_{0.975, n-1} sqrt(n/(n-1) sum (a - R b)^2)/sum b;
+
+    nan where all b are zero, and for the interval where fewer than three are not.
+    """
+    if not below.sum():
+        return float("nan"), float("nan")
+    ratio, n = float(above.sum() / below.sum()), len(below)
+    if (below > 0).sum() < 3:
+        return ratio, float("nan")
+    scatter = np.sqrt(n / (n - 1) * ((above - ratio * below) ** 2).sum())
+    return ratio, float(student.ppf(0.975, n - 1) * scatter / below.sum())
 
 
 @dataclass(frozen=True)

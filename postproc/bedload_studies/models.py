@@ -411,7 +411,8 @@ def rewrite_kept(folder: Path, beside: Sequence[Path]) -> None:
     records = {record["name"]: Record(**record) for record in kept.get("beside", [])} if not beside else {}
     records |= {file.name: record_of(file, command) for file in named}
     title = title_of(scene, {v["model"] for v in kept["runs"]})
-    facts = kept["circumstances"]
+    today = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
+    facts = kept["circumstances"] | {"page made anew from the numbers": today}
     rewrite(Comparison(title, [], setup_of(scene), facts, None, scene, list(records.values())), kept, folder)
 
 

@@ -59,13 +59,15 @@ def test_every_number_of_the_models_report(run):
         "collisions": 5, "collisions_below_stokes_1": 1.0, "collisions_below_stokes_5": 1.0,
         "stokes_quantiles": [0.0] * 3, "duration_quantiles": [None] * 3, "overlap_quantiles": [None] * 3,
         "scales": {}, "velocity_drifts": False, "resting_drifts": False,
-        "box_length": 8.0, "spin_above": None, "spin_above_interval": None,
+        "box_length": 8.0, "mean_jump_height_interval": None,  # two parts of the record have a jump
+        # The bed's top is at y/D = 0.5: all grains are more than a diameter above it.
+        "spin_peak": None, "spin_peak_height": None, "spin_peak_interval": None, "moving_spin_peak": None,
+        "moving_spin_peak_interval": None,
     }  # fmt: skip
     t_1 = 12.706 / np.sqrt(2)  # t_{0.975, 1}/sqrt(2): halves have two batches
     near = {
         "cells_per_diameter": 2 / (16 / 80),
         "mean_height_interval": 3.182 * np.std([0, 2 / 9, 0.2 / 3, 0], ddof=1) / 2 / 2,
-        "mean_jump_height_interval": 1.96 * np.std([0.25, 0.15], ddof=1) / np.sqrt(2),
         "share_moving": 5 / 12,
         "share_moving_interval": 3.182 * np.std([0, 1, 2 / 3, 0], ddof=1) / 2,
         "velocity_halves": [3.6 / 6 / 3, 1.9 / 6 / 3],
@@ -116,9 +118,8 @@ def test_every_number_of_the_models_report(run):
         "spread_of_height": spread / 2, "spread_of_height_interval": half / 2,
         # While jumping 0.9 for 2 and 0.3 for 1, in four of the parts, times D/u_b = 2/3.
         "jumping_spin": (0.6 * 2 + 0.2) / 3,
-        # From y/D = 1.6 to 1.7 the first jump dwells 0.6548, the second 0.5774; higher up too few parts have any.
-        "spin_peak": (-0.6 * 0.6548 + 0.2 * 0.5774) / 1.2322, "spin_peak_height": 1.65,
-        "moving_spin_peak": (-0.6 * 0.6548 + 0.2 * 0.5774) / 1.2322,
+        # Up to y/D = 1.7, farther up too few parts of the record have any: the second jump and most of the first.
+        "spin_above": (-1 / 3 - 0.6 * 1.1056 + 0.2 * 1.0) / 11.1056,
         # More than half of the time is rest at 1.5.
         "low_height": 1.51, "low_height_interval": 0.01,
     }  # fmt: skip
@@ -131,8 +132,9 @@ def test_every_number_of_the_models_report(run):
     # Below 1.6: at 1.5 for 9, jumps for 0.4508 and 0.4226.
     assert profiles["spin"] == pytest.approx([(-0.6 * 0.4508 + 0.2 * 0.4226 - 1 / 3) / 9.8734, -0.2251], abs=0.003)
     assert profiles["velocity"] == pytest.approx([(0.6 + 0.4 + 1.5 * 0.8734) / 3 / 9.8734, 0.5], abs=0.001)
-    spin_half = found.pop("spin_peak_interval")
-    assert spin_half == found.pop("moving_spin_peak_interval")
+    assert found.pop("spin_above_interval") == pytest.approx(
+        np.average(profiles["spin_interval"], weights=[9.8734, 1.2322]), rel=0.01
+    )
     assert {name: found[name] for name in exact} == exact
     for name, value in near.items():
         assert found[name] == pytest.approx(value, rel=0.012), name
@@ -154,6 +156,24 @@ def test_resting_grains_dilute_the_spin_at_a_height(run):
     assert mean == pytest.approx((weights * everyone.mean).sum())
     assert half == pytest.approx((weights * everyone.half).sum())
     assert everyone.between(2.0, 2.5) is None
+    # From 1.6 to 1.7 the first jump dwells 0.6548, the second 0.5774. A bed whose top is at y/D = 1 has that next to
+    # it, one at 0.6 only what is below 1.6.
+    near = model_numbers.spin_over_height(measured, 1.0)
+    assert near["spin_peak"] == pytest.approx((-0.6 * 0.6548 + 0.2 * 0.5774) / 1.2322, abs=0.003)
+    assert (near["spin_peak_height"], near["spin_above"]) == (pytest.approx(1.65), None)
+    low = model_numbers.spin_over_height(measured, 0.6)
+    assert (low["spin_peak"], low["moving_spin_peak"]) == (everyone.mean[0], moving.mean[0])
+    assert low["spin_above"] == everyone.mean[1]
+
+
+def test_a_ratio_of_sums_has_its_interval():
+    """R = 6/8; a - R b = 0.25, -0.5, 0.25 and 0; t_{0.975, 3} = 3.18245."""
+    ratio, half = transport.ratio_of_sums(np.array([1.0, 1.0, 4.0, 0.0]), np.array([1.0, 2.0, 5.0, 0.0]))
+    assert ratio == 0.75
+    assert half == pytest.approx(3.18245 * np.sqrt(4 / 3 * (0.25**2 + 0.5**2 + 0.25**2)) / 8, rel=1e-5)
+    few = transport.ratio_of_sums(np.array([2.0, 1.0, 0.0]), np.array([1.0, 1.0, 0.0]))
+    assert few[0] == 1.5 and np.isnan(few[1])
+    assert np.isnan(transport.ratio_of_sums(np.zeros(3), np.zeros(3))).all()
 
 
 def test_distributions_are_over_heights_spins_and_velocities_in_d_and_u_b(run):

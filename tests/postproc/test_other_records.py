@@ -2,13 +2,16 @@
 
 import json
 
+import h5py
 import matplotlib.image
 import numpy as np
 import pytest
 from bedload_launcher.errors import UserError
 from bedload_post import model_figures, other_records
 from bedload_post.other_records import Record
+from bedload_post.outputs import Run
 from bedload_studies import models
+from synthetic import wandering_story, write_run
 from test_paper_statements import run_numbers
 from test_models_study import options
 
@@ -131,6 +134,7 @@ def test_pages_are_made_anew_from_kept_numbers(tmp_path):
     assert "| these | 10 | 20 | 0.240 ± 0.010, told apart | 0.120 ± 0.010, told apart |" in text
     assert "overlap / D" not in text  # a quantity that no run has
     assert text.index("(trend.png)") < text.index("(shares.png)") < text.index("(heights.png)")
+    assert "![PDF of the grains' height, mean spin and mean velocity over height](heights.png)" in text
     assert (fine / "heights.png").read_bytes() == b"old"
     assert (fine / "shares.png").stat().st_size > 1000
     assert not (fine / "report.html").exists()
@@ -139,7 +143,7 @@ def test_pages_are_made_anew_from_kept_numbers(tmp_path):
     # Once more without the other report at hand: what was kept of it is enough.
     (coarse / "numbers.json").unlink()
     models.run(options("--rewrite", str(fine)))
-    assert (fine / "README.md").read_text() == text
+    assert (fine / "README.md").read_text() == text  # on the same day
     with pytest.raises(UserError, match="coarse has no numbers.json"):
         models.run(options("--rewrite", str(coarse)))
 
@@ -178,6 +182,22 @@ def test_intervals_of_counted_heights():
     assert density * 1.1 == pytest.approx([10, 1])
     assert low * 1.1 == pytest.approx([4.7954, 0.025318], rel=1e-4)
     assert high * 1.1 == pytest.approx([18.3904, 5.571643], rel=1e-4)
+
+
+def test_a_grain_in_a_pocket(tmp_path):
+    """Three unit spheres at 0.5 D, a unit apart, carry it at 0.5 + sqrt(2/3); a heap of spheres has no such height."""
+    run = Run(write_run(tmp_path / "run", wandering_story()))
+    row = np.sqrt(3) / 2
+    with h5py.File(run.folder / "spheres.h5", "r+") as file:
+        for name in ("position", "radius"):
+            del file[f"fixed/{name}"]
+        file["fixed/position"] = np.array([[0.5, 0.5, 0.5], [0.5, 0.5, 1.5], [0.5 + row, 0.5, 1.0]])
+        file["fixed/radius"] = np.full(3, 0.5)
+    assert run.bed_top == 1.0
+    assert model_figures.pocket_height(run) == pytest.approx(0.5 + np.sqrt(2 / 3))
+    with h5py.File(run.folder / "spheres.h5", "r+") as file:
+        file["fixed/position"][0, 1] = 0.6
+    assert model_figures.pocket_height(run) is None
 
 
 def test_runs_stand_in_the_paper_s_order():

@@ -235,6 +235,10 @@ def test_what_contradicts_stands_first():
     light = [run_numbers("rpm", 1.25, jumping_spin=0.1), run_numbers("actm", 1.25)]
     found = paper_statements.verdicts(1, light)
     assert "jumping, rpm spins more than actm (at 1.25)" in paper_statements.opening(found)
+    both = [*light, *(run_numbers(m, r, creeping_slip=-0.5) for r in (1.25, 2.25) for m in ("actm_hw",))]
+    both.append(run_numbers("actm", 2.25))
+    found = paper_statements.verdicts(1, both)
+    assert "with friction creeping grains roll (actm + HW at 1.25/2.25)" in paper_statements.opening(found)
 
 
 def test_records_are_told_beside_the_paper_s():
@@ -249,6 +253,9 @@ def test_experiments_are_commands_of_the_study():
         lines = paper_statements.experiments(model, "setup2_small", "10")
         assert all(f"--models {model} " in command for _, command in lines)
         assert len({command for _, command in lines}) == len(lines) >= 4
+        # No finer than the paper, no larger box than the full bed.
+        asked = [what for what, _ in paper_statements.experiments(model, "setup2", "20")]
+        assert len(asked) == len(lines) - 2 and not {"the box", "the resolution"} & set(asked)
 
 
 def test_a_record_that_drifts_is_told():
