@@ -116,10 +116,10 @@ def _with_interval(v: dict, name: str, digits: int = 3) -> str:
     return f"{v[name]:.{digits}f}" + ("" if half is None else f" ± {half:.{digits}f}")
 
 
-def _half(v: dict, name: str) -> tuple[float, str]:
-    """Half width of an interval, and a remark where the record has kept none: the value then stands alone."""
+def _half(v: dict, name: str, assumed: float) -> tuple[float, str]:
+    """Half width of an interval; where the record has kept none what is `assumed`, with a remark that says so."""
     half = v.get(f"{name}_interval")
-    return (0.0, " (its interval was not kept)") if half is None else (half, "")
+    return (assumed, f" (its interval was not kept: ± {assumed:.2g} assumed)") if half is None else (half, "")
 
 
 def velocities(runs: Runs) -> list[Verdict]:
@@ -231,7 +231,7 @@ def riding(setup: int, runs: Runs) -> list[Verdict]:
     answer, text = None, "the record has kept no height of the lowest grains"
     if all(v.get("low_height") is not None for v in (rpm, actm)):
         gap = rpm["low_height"] - actm["low_height"]
-        half = math.hypot(_half(rpm, "low_height")[0], _half(actm, "low_height")[0])
+        half = math.hypot(rpm["low_height_interval"], actm["low_height_interval"])
         # About: by a factor of two either way.
         answer = both(exceeds(gap, half, paper / ABOUT), exceeds(ABOUT * paper, half, gap))
         text = (
@@ -304,10 +304,12 @@ def jumps(runs: Runs) -> list[Verdict]:
         if {soft, hard} <= set(runs):
             a, b = runs[soft], runs[hard]
             known = a["mean_jump_height"] is not None and b["mean_jump_height"] is not None
+            kept = all(v.get("mean_jump_height_interval") is not None for v in (a, b))
+            remark = "" if kept else ", without intervals"
             found.append(Verdict(
                 "jump heights", "", f"{_name(hard)} jumps lower than {_name(soft)}",
                 above(compare(a, b, "mean_jump_height")),
-                f"{_with_interval(b, 'mean_jump_height')} and {_with_interval(a, 'mean_jump_height')} D"
+                f"{_with_interval(b, 'mean_jump_height')} and {_with_interval(a, 'mean_jump_height')} D{remark}"
                 if known else "too few jumps",
             ))  # fmt: skip
     return found
@@ -320,7 +322,7 @@ def rolling(runs: Runs) -> list[Verdict]:
         v = runs[rough]
         answer, text = None, "nothing creeps"
         if v["creeping_slip"] is not None:
-            half, remark = _half(v, "creeping_slip")
+            half, remark = _half(v, "creeping_slip", 0.5 * ROLLS)
             answer = within(v["creeping_slip"], half, ROLLS)
             text = f"L_slip/L = {_with_interval(v, 'creeping_slip', 2)}{remark}"
             if runs[plain]["creeping_slip"] is not None:
@@ -342,7 +344,8 @@ def motion(runs: Runs) -> list[Verdict]:
         if model in runs:
             v = runs[model]
             measured = v.get("bed_shields") is not None
-            number, half = (v["bed_shields"], _half(v, "bed_shields")[0]) if measured else (BED_SHIELDS, 0.0)
+            number = v["bed_shields"] if measured else BED_SHIELDS
+            half = _half(v, "bed_shields", 0.5 * FAR * number)[0] if measured else 0.0
             strong = exceeds(number, half, CRITICAL_SHIELDS)
             many = exceeds(v["share_moving"], v["share_moving_interval"], IN_MOTION)
             text = "more" if number > CRITICAL_SHIELDS else "less"
@@ -365,7 +368,7 @@ def friction(setup: int, values: Sequence[dict]) -> list[Verdict]:
         v = values[0]
         if v.get("bed_re_tau") is None:
             return [Verdict("Re_τ", "", claim, None, "the bed without grains was not run", f"Re_τ {paper:.0f}")]
-        mean, (half, remark) = v["bed_re_tau"], _half(v, "bed_re_tau")
+        mean, (half, remark) = v["bed_re_tau"], _half(v, "bed_re_tau", 0.5 * FAR * paper)
         text = f"{mean:.0f}" + (remark or f" ± {half:.0f}")
     else:
         mean, half = mean_of_runs([v["re_tau"] for v in values])

@@ -145,6 +145,8 @@ def test_motion_against_shields():
     assert answers(2, strong, "Shields", "more than 10 %") == [True] * 4
     near = four(**{m: {"bed_shields": 0.0345} | many for m in paper_statements.TABLE_2})
     assert answers(2, near, "Shields") == [None] * 4
+    bare = four(**{m: {"bed_shields": 0.0345, "bed_shields_interval": None} | many for m in paper_statements.TABLE_2})
+    assert answers(2, bare, "Shields") == [None] * 4
     # Where the bed was not run: the paper's number.
     unknown = four(**{m: {"bed_shields": None, "bed_shields_interval": None} | many for m in paper_statements.TABLE_2})
     assert answers(2, unknown, "Shields", "paper's bed 0.0241") == [False] * 4
@@ -158,8 +160,8 @@ def test_figure_7(spin, expected):
 
 @pytest.mark.parametrize(
     "slip, half, expected",
-    [(-0.1, 0.05, True), (0.1, 0.05, True), (-0.18, 0.05, None), (-0.3, 0.05, False), (-0.3, None, False),
-     (None, None, None)],
+    [(-0.1, 0.05, True), (0.1, 0.05, True), (-0.18, 0.05, None), (-0.3, 0.05, False), (-0.4, None, False),
+     (-0.25, None, None), (-0.15, None, None), (-0.05, None, True), (None, None, None)],
 )  # fmt: skip
 def test_creeping_grains_roll(slip, half, expected):
     values = four(actm_hw={"creeping_slip": slip, "creeping_slip_interval": half})
@@ -171,11 +173,13 @@ def test_creeping_grains_roll(slip, half, expected):
 @pytest.mark.parametrize("height, expected", [(0.2, True), (0.29, None), (0.4, False), (None, None)])
 def test_actm_jumps_lower(height, expected):
     assert answers(2, four(actm={"mean_jump_height": height}), "jump heights", "actm jumps") == [expected]
+    values = four(actm={"mean_jump_height": height, "mean_jump_height_interval": None})
+    assert answers(2, values, "jump heights", "actm jumps") == [None]
 
 
 def test_friction_of_the_bed():
     for reynolds, half, expected in ((219, 5, True), (255, 5, True), (255, 10, None), (280, 5, False),
-                                     (197, None, True)):  # fmt: skip
+                                     (225, None, True), (190, None, None)):  # fmt: skip
         bed = {"bed_re_tau": float(reynolds), "bed_re_tau_interval": half}
         assert answers(2, four(**{m: bed for m in paper_statements.TABLE_2}), "Re_τ") == [expected]
     # Setup I: the mean of its runs, 263 +- 20 % up to 315.6; two runs have no interval.
