@@ -65,6 +65,14 @@ def interval_sentence(names: Sequence[str], values: Sequence[dict]) -> str:
     return text
 
 
+def caution(values: Sequence[dict]) -> str:
+    """Behind the statements of the paper: how many of the runs have intervals that promise too much."""
+    narrow = sum(bool(v["interval_too_narrow"]) for v in values)
+    if not narrow:
+        return ""
+    return f" Intervals of {narrow} of {len(values)} runs are too narrow (below): a statement on these may be open."
+
+
 def drift_sentence(names: Sequence[str], values: Sequence[dict]) -> str:
     """Whether first and second half of the records differ."""
     told = {"velocity": "mean velocity", "resting": "time resting"}

@@ -182,7 +182,7 @@ def sections(
         sentences.interval_sentence(names, values), sentences.drift_sentence(names, values),
     ]  # fmt: skip
     return Sections(
-        paper.opening(found),
+        paper.opening(found) + (sentences.caution(values) if found else ""),
         [text for text in told if text],
         [*sentences.collision_lines(names, values), *sentences.neighbour_lines(names, values)],
         [["", *names], *number_rows(values, comparison.with_paper)],

@@ -129,6 +129,7 @@ def test_pages_are_made_anew_from_kept_numbers(tmp_path):
     text = (fine / "README.md").read_text()
     assert text.split("\n\n")[0] == "# setup2_small: 2 collision models"
     assert text.split("\n\n")[1].startswith("Contradicts ")
+    assert "Intervals of 1 of 2 runs are too narrow" in text.split("\n\n")[1]
     assert "|  | rpm | actm |" in text
     assert "| fine | 10 |" not in text
     assert "| these | 10 | 20 | 0.240 ± 0.010, told apart | 0.120 ± 0.010, told apart |" in text

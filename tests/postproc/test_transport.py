@@ -138,6 +138,8 @@ def test_an_interval_that_promises_too_much_is_told():
     told = model_sentences.interval_sentence(["rpm", "actm"], values)
     assert "too narrow for rpm: batches" in told
     assert "too narrow" not in model_sentences.interval_sentence(["actm"], values[1:])
+    assert model_sentences.caution(values).startswith(" Intervals of 1 of 2 runs are too narrow")
+    assert model_sentences.caution(values[1:]) == ""
 
 
 def test_batches_are_flow_throughs_where_the_record_is_long_enough():
