@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from . import flow_statistics
+from .batches import batches_of, estimate
 from .flow_statistics import FlowStatistics
 from .outputs import MissingOutput, Run
 
@@ -29,6 +30,18 @@ def driving_friction(run: Run, since: float) -> float:
     driving = history["driving"][history["time"] >= since]
     mean = abs(np.mean(driving)) if len(driving) else math.nan
     return math.sqrt(mean * run.depth / run.value("fluid.density"))
+
+
+def driving_friction_interval(run: Run, since: float) -> float:
+    """Half width of the 95 % interval of driving_friction [L/T], half of the force's in relation; nan where the record
+    is too short."""
+    history = run.history()
+    rows = history["time"] >= since
+    if rows.sum() < 2:
+        return math.nan
+    throughs = (history["time"][rows][-1] - since) * run.bulk_velocity / run.box[0]
+    force = estimate(history["driving"][rows], batches_of(throughs))
+    return driving_friction(run, since) * 0.5 * force.half_width / abs(force.mean) if force.mean else math.nan
 
 
 def friction_velocity(run: Run, since: float) -> tuple[float, str]:

@@ -15,6 +15,7 @@ from .outputs import Run
 MOVING = 0.01  # of u_b
 MOST = 400  # instants that are drawn
 NO_GRAIN = "#9ecae1"  # where no grain is
+MOST_COLUMNS = 4  # panels in a row
 FEWEST = 40  # grains, for a map to say more than their paths
 
 
@@ -46,8 +47,9 @@ def maps(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.array(times), np.array(shares), np.array(tops)
 
 
-def compare(named: Sequence[tuple[str, Run]], file: Path) -> bool:
-    """Where and when grains move, one panel a run, on one scale; False, and nothing drawn, without a bed's maps."""
+def compare(named: Sequence[tuple[str, Run]], file: Path, since: float = 0.0) -> bool:
+    """Where and when grains move, one panel a run, on one scale, with a dashed line where the start-up ends (`since`
+    [T], 0: none); False, and nothing drawn, without a bed's maps."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -57,18 +59,25 @@ def compare(named: Sequence[tuple[str, Run]], file: Path) -> bool:
     found = [one for one in found if len(one[2]) >= 2]
     if not found:
         return False
+    columns = min(len(found), MOST_COLUMNS)
+    rows = -(-len(found) // columns)
     figure, axes = plt.subplots(
-        1, len(found), figsize=(1.5 + 2.3 * len(found), 4.5), layout="constrained", sharey=True, squeeze=False
+        rows, columns, figsize=(1.5 + 2.3 * columns, 4.5 * rows), layout="constrained", sharey=True, squeeze=False
     )
-    for axis, (name, run, time, share) in zip(axes[0], found, strict=True):
+    for axis in axes.flat[len(found) :]:
+        axis.set_axis_off()
+    for axis, (name, run, time, share) in zip(axes.flat, found, strict=False):
         unit = run.diameter / run.bulk_velocity
         reach = (0.0, run.box[0] / run.diameter, time[0] / unit, time[-1] / unit)
         image = axis.imshow(
             share, origin="lower", aspect="auto", extent=reach, cmap="inferno", vmin=0, vmax=1, interpolation="nearest"
         )
+        if since > 0.0:
+            axis.axhline(since / unit, color="#00b0b0", ls="--", lw=1.5)
         axis.set(title=name, xlabel="x / D", facecolor=NO_GRAIN)
-    axes[0, 0].set_ylabel("t u_b / D")
-    figure.colorbar(image, ax=axes[0, -1], label="share of grains in motion (blue: no grain)")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("$t\\, u_b / D$")
+    figure.colorbar(image, ax=axes[:, -1], label=f"share of grains faster than {MOVING:g} $u_b$ (blue: no grain)")
     figure.savefig(file, dpi=90)
     plt.close(figure)
     return True

@@ -13,13 +13,14 @@ from scipy.stats import t as student
 from .batches import FEWEST_BATCHES, Estimate, batches_of, estimate
 from .frames import Frames, frames, known_columns, time_ranges
 from .outputs import MissingOutput, Run
-from .states import CREEPING, JUMPING, NAMES, Phases, analyse
+from .states import CREEPING, JUMPING, NAMES, RESTING, Phases, analyse
 
 HEIGHT_EDGES = np.linspace(1.0, 6.0, 251)  # y/D
 SPIN_EDGES = np.linspace(-3.0, 3.0, 241)  # omega_3 D/u_b
 VELOCITY_EDGES = np.linspace(-0.5, 1.5, 201)  # u_p/u_b
 PARTS = 10  # of the record, each with histograms of its own: their scatter is the interval
 FEWEST_SAMPLES = 50  # in a bin of height whose mean is shown
+COARSE = 5  # bins of height in one of the coarse profile, 0.1 D
 RESTING_VELOCITY = 0.01  # of u_b, below which a grain does not move
 
 
@@ -38,6 +39,7 @@ class Transport:
     moving: list[np.ndarray] = field(default_factory=list)  # share of the grains above 0.01 u_b
     # By part of the record: samples, sum of spin, sum of velocity over height; by state otherwise.
     height_parts: np.ndarray = field(default_factory=lambda: _empty(HEIGHT_EDGES))
+    moving_parts: np.ndarray = field(default_factory=lambda: _empty(HEIGHT_EDGES))  # of grains that do not rest
     spin_parts: np.ndarray = field(default_factory=lambda: _empty(SPIN_EDGES))
     velocity_parts: np.ndarray = field(default_factory=lambda: _empty(VELOCITY_EDGES))
 
@@ -99,6 +101,44 @@ class Transport:
             means = self.height_parts[:, row] / self.height_parts[:, 0]
         return _half_widths(means)[enough]
 
+    def coarse_profile(self, row: int, resting: bool = True) -> "Profile":
+        """Mean omega_3 (row 1) or u_p (row 2) over slices of 0.1 D, of all grains or of those that do not
+        rest; slices with at least 50 samples in at least three parts of the record."""
+        sums = self.height_parts if resting else self.moving_parts
+        sums = sums.reshape(PARTS, 3, -1, COARSE).sum(axis=3)
+        samples = sums[:, 0].sum(axis=0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            half = _half_widths(sums[:, row] / sums[:, 0])
+        kept = (samples >= FEWEST_SAMPLES) & np.isfinite(half)
+        mean = sums[:, row].sum(axis=0)[kept] / samples[kept]
+        return Profile(_centres(HEIGHT_EDGES[::COARSE])[kept], mean, half[kept], samples[kept])
+
+    def low_height(self, share: float = 0.05) -> tuple[float, float]:
+        """y/D below which `share` of the samples lies, to a bin of 0.02, and the half width of its interval, no less
+        than half a bin."""
+        parts = [_quantile(counts, share) for counts in self.height_parts[:, 0]]
+        half = float(_half_widths(np.array(parts)[:, None])[0])
+        return _quantile(self.by_height[0], share), max(half, 0.5 * (HEIGHT_EDGES[1] - HEIGHT_EDGES[0]))
+
+    def _by_part(self, rows: np.ndarray, *weights: np.ndarray) -> list[np.ndarray]:
+        """Sums of `weights` (a value a phase) over the phases `rows` that begin in each part of the record."""
+        time = np.concatenate(self.time)
+        through = (self.phases.start[rows] - time[0]) / max(time[-1] - time[0], 1e-300)
+        part = np.clip((PARTS * through).astype(np.intp), 0, PARTS - 1)
+        return [np.bincount(part, weight[rows], PARTS) for weight in weights]
+
+    def slip_ratio(self) -> tuple[float, float]:
+        """L_slip/L of all complete creeping phases together and the half width of its interval."""
+        phases = self.phases
+        rows = np.flatnonzero(phases.complete & (phases.state == CREEPING))
+        return ratio_of_sums(*self._by_part(rows, phases.slip, phases.path))
+
+    def mean_jump_height(self, diameter: float) -> tuple[float, float]:
+        """Mean height of all complete jumps in D and the half width of its interval; jumps of the same time are no
+        independent ones."""
+        heights = self.phases.height / diameter
+        return ratio_of_sums(*self._by_part(np.flatnonzero(self.phases.jumps()), heights, np.ones_like(heights)))
+
     def spin_pdf(self, state: int) -> tuple[np.ndarray, np.ndarray]:
         return _density(SPIN_EDGES, self.spins[state])
 
@@ -127,6 +167,58 @@ class Transport:
         square, half = _mean_and_interval((y - mean) ** 2, counts)
         spread = float(np.sqrt(square))
         return spread, half / (2.0 * spread) if spread > 0 else 0.0
+
+
+def ratio_of_sums(above: np.ndarray, below: np.ndarray) -> tuple[float, float]:
+    """R = sum a/sum b over n parts of a record and the half width of its interval,
+
+        t_{0.975, n-1} sqrt(n/(n-1) sum (a - R b)^2)/sum b;
+
+    nan where all b are zero, and for the interval where fewer than three are not.
+    """
+    if not below.sum():
+        return float("nan"), float("nan")
+    ratio, n = float(above.sum() / below.sum()), len(below)
+    if (below > 0).sum() < 3:
+        return ratio, float("nan")
+    scatter = np.sqrt(n / (n - 1) * ((above - ratio * below) ** 2).sum())
+    return ratio, float(student.ppf(0.975, n - 1) * scatter / below.sum())
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Means over slices of the height y/D with the half widths of their intervals."""
+
+    height: np.ndarray
+    mean: np.ndarray
+    half: np.ndarray
+    samples: np.ndarray
+
+    def largest(self, low: float, high: float) -> tuple[float, float, float] | None:
+        """(mean, half width, y/D) of the slice between both heights with the largest |mean|."""
+        rows = np.flatnonzero((self.height >= low) & (self.height < high))
+        if len(rows) == 0:
+            return None
+        row = rows[np.argmax(np.abs(self.mean[rows]))]
+        return float(self.mean[row]), float(self.half[row]), float(self.height[row])
+
+    def between(self, low: float, high: float) -> tuple[float, float] | None:
+        """Mean of all samples between both heights and its half width, that of the slices as if they rose
+        and fell together."""
+        rows = (self.height >= low) & (self.height < high)
+        total = self.samples[rows].sum()
+        if not total:
+            return None
+        weights = self.samples[rows] / total
+        return float((weights * self.mean[rows]).sum()), float((weights * self.half[rows]).sum())
+
+
+def _quantile(counts: np.ndarray, share: float) -> float:
+    """Middle of the bin of y/D in which `share` of the samples is reached; nan without samples."""
+    below = np.cumsum(counts)
+    if not below[-1]:
+        return float("nan")
+    return float(_centres(HEIGHT_EDGES)[np.searchsorted(below, share * below[-1])])
 
 
 def _mean_and_interval(values: np.ndarray, counts: np.ndarray) -> tuple[float, float]:
@@ -213,9 +305,12 @@ class _Counter:
         of_part = np.repeat(of_part[:, None], height.shape[1], axis=1)
         place, inside = _bins(HEIGHT_EDGES, height)
         place += r.height_parts.shape[2] * of_part[inside].ravel()
-        for row, weight in enumerate((None, spin[inside].ravel(), velocity[inside].ravel())):
-            sums = np.bincount(place, weight, minlength=r.height_parts[:, row].size)
-            r.height_parts[:, row] += sums.reshape(PARTS, -1)
+        weights = (None, spin[inside].ravel(), velocity[inside].ravel())
+        moves = (state != RESTING)[inside].ravel()
+        for row, weight in enumerate(weights):
+            for parts, kept in ((r.height_parts, slice(None)), (r.moving_parts, moves)):
+                sums = np.bincount(place[kept], weight if weight is None else weight[kept], parts[:, row].size)
+                parts[:, row] += sums.reshape(PARTS, -1)
         for counts, edges, values in (
             (r.spin_parts, SPIN_EDGES, spin),
             (r.velocity_parts, VELOCITY_EDGES, velocity),

@@ -6,7 +6,9 @@ other programs, of another commit or of another scene are not gone on with, nor 
 """
 
 import argparse
+import contextlib
 import datetime
+import io
 import json
 import platform
 import shlex
@@ -22,8 +24,11 @@ from bedload_launcher.errors import UserError
 from bedload_launcher.machine import cores
 from bedload_launcher.override import override_table
 from bedload_launcher.scenes import Scene, choose_model, find_scene, models, read_variables
-from bedload_post.bed_friction import driving_friction
-from bedload_post.models_report import Bed, Comparison, make_case, write
+from bedload_post.bed_friction import driving_friction, driving_friction_interval
+from bedload_post.model_figures import in_order
+from bedload_post.model_numbers import Bed, make_case
+from bedload_post.models_report import Comparison, rewrite, write
+from bedload_post.other_records import Record
 from bedload_post.outputs import MissingOutput, Run
 
 from . import made_by, turbulence
@@ -115,8 +120,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--report", type=Path, help="folder of the report (default: in --out)")
     parser.add_argument(
         "--beside", nargs="+", type=Path, default=[], metavar="REPORT",
-        help="folders of other reports of this study (other resolutions, experiments): their mean "
-        "velocities stand beside these",
+        help="folders of other reports of this study: those of the same settings make the trend with "
+        "resolution, the mean velocities of others (experiments) stand beside these",
+    )  # fmt: skip
+    parser.add_argument(
+        "--rewrite", nargs="+", type=Path, default=[], metavar="REPORT",
+        help="only make the pages of kept reports anew from their numbers.json, and the figures that are "
+        "drawn from it; --beside as kept, or as given with it",
     )  # fmt: skip
     parser.add_argument("--remarks", type=Path, help="a file of HTML that goes into the report")
     parser.add_argument(
@@ -331,36 +341,96 @@ def report(options: argparse.Namespace, scene: Scene, runs: Sequence[Member]) ->
     if kept.is_file():
         facts |= json.loads(kept.read_text(encoding="utf-8"))
     remarks = options.remarks.read_text(encoding="utf-8") if options.remarks else ""
-    title = f"{scene.name}: {len({case.model for case in cases})} collision models"
-    setup = 1 if scene.name.startswith("setup1") else 2 if scene.name.startswith("setup2") else 0
-    beside = {file.parent.name: read_numbers(file) for file in map(numbers_file, options.beside)}
+    cases.sort(key=lambda case: in_order(case.model, case.density_ratio))
+    own = facts.get("command", "")
+    beside = [record_of(folder, own) for folder in options.beside]
     folder.mkdir(parents=True, exist_ok=True)
-    keep_correlations(cases[0].run, cases[0].since, folder)
-    write(Comparison(title, cases, setup, facts, bed, scene.name, beside), folder, remarks)
+    facts |= keep_correlations(cases[0].run, cases[0].since, folder)
+    title = title_of(scene.name, {case.model for case in cases})
+    write(Comparison(title, cases, setup_of(scene.name), facts, bed, scene.name, beside), folder, remarks)
     return folder
 
 
-def numbers_file(folder: Path) -> Path:
+def title_of(scene: str, names: set[str]) -> str:
+    return f"{scene}: {len(names)} collision model{'s' if len(names) > 1 else ''}"
+
+
+def setup_of(scene: str) -> int:
+    """Which of the paper's setups a scene repeats; 0: neither."""
+    return 1 if scene.startswith("setup1") else 2 if scene.startswith("setup2") else 0
+
+
+def kept_numbers(folder: Path) -> dict:
     """numbers.json of a kept report."""
     file = folder / "numbers.json"
     if not file.is_file():
-        raise UserError(f"--beside {folder}: has no numbers.json, so it is no report of this study.")
-    return file
+        raise UserError(f"{folder} has no numbers.json, so it is no report of this study.")
+    return json.loads(file.read_text(encoding="utf-8"))
 
 
-def read_numbers(file: Path) -> list[dict]:
-    return json.loads(file.read_text(encoding="utf-8"))["runs"]
+def record_of(folder: Path, own_command: str) -> Record:
+    """The runs of another report beside one that was made by `own_command`."""
+    kept = kept_numbers(folder)
+    other = settings_said(kept["circumstances"].get("command", ""))
+    return Record(folder.name, kept["runs"], other is not None and other == settings_said(own_command))
 
 
-def keep_correlations(run: Run, since: float, folder: Path) -> None:
-    """Two-point correlations of the flow, where snapshots were kept behind the start-up."""
+# Keys of --set that do not change what is computed, but for how long and from where on.
+NO_SETTINGS = ("time.", "statistics.", "output.", "start.")
+
+
+def told(command: str) -> argparse.Namespace | None:
+    """The options of a kept command of this study; None where it is none."""
+    _, found, words = command.partition("study models")
+    parser = argparse.ArgumentParser()
+    add_options(parser)
+    try:
+        with contextlib.redirect_stderr(io.StringIO()):
+            return parser.parse_args(shlex.split(words)) if found else None
+    except SystemExit:  # an option that is no more
+        return None
+
+
+def settings_said(command: str) -> tuple | None:
+    """What a command says of scene and settings but for resolution, models, densities and length."""
+    options = told(command)
+    if options is None:
+        return None
+    keys = sorted(text for text in options.set if not text.startswith(NO_SETTINGS))
+    return options.scene, options.gravity, sorted(options.var), keys
+
+
+def rewrite_kept(folder: Path, beside: Sequence[Path]) -> None:
+    """Pages and figures of the kept report in `folder` anew from its numbers; `beside`: other reports in place of
+    those that its command names, as far as these are there, and of what it has kept of them."""
+    kept = kept_numbers(folder)
+    command = kept["circumstances"].get("command", "")
+    options = told(command)
+    scene = kept.get("scene") or (options.scene if options else "")
+    named = beside or [file for file in (options.beside if options else []) if (file / "numbers.json").is_file()]
+    records = {record["name"]: Record(**record) for record in kept.get("beside", [])} if not beside else {}
+    records |= {file.name: record_of(file, command) for file in named}
+    title = title_of(scene, {v["model"] for v in kept["runs"]})
+    today = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
+    facts = kept["circumstances"] | {"page made anew from the numbers": today}
+    rewrite(Comparison(title, [], setup_of(scene), facts, None, scene, list(records.values())), kept, folder)
+
+
+def keep_correlations(run: Run, since: float, folder: Path) -> dict[str, str]:
+    """Two-point correlations of the flow, where snapshots were kept behind the start-up: a figure, and a line on
+    what is left at half the box."""
     bed_top = run.box[1] - run.depth
     heights = [bed_top + share * run.depth for share in (0.1, 0.3, 0.7)]
     try:
-        along_x, along_z, _ = turbulence.correlations(run, heights, since)
+        along_x, along_z, count = turbulence.correlations(run, heights, since)
     except MissingOutput:
-        return
+        return {}
     turbulence.draw(run, heights, along_x, along_z, folder / "correlations.png")
+    at = ", ".join(f"{height / run.diameter:.2g}" for height in heights)
+    x, z = (", ".join(f"{line[-1]:.2f}" for line in along) for along in (along_x, along_z))
+    return {
+        "correlation of u left at half the box": f"along x {x}, along z {z} at y = {at} D, {count} snapshots"
+    }
 
 
 def measured_bed(run: Run, discard: float) -> Bed:
@@ -377,10 +447,16 @@ def measured_bed(run: Run, discard: float) -> Bed:
     scale = run.depth / run.viscosity
     late = driving_friction(run, 0.5 * (since + last)) * scale
     source = f"driving force times depth, t = {since:g} to {last:.4g}; second half {late:.0f}"
-    return Bed(friction / run.bulk_velocity, friction * scale, source)
+    half = driving_friction_interval(run, since) * scale
+    return Bed(friction / run.bulk_velocity, friction * scale, source, half)
 
 
 def run(options: argparse.Namespace) -> int:
+    if options.rewrite:
+        for folder in options.rewrite:
+            rewrite_kept(folder, options.beside)
+            print(f"bedload: {folder} anew from its numbers", flush=True)
+        return 0
     scene = find_scene(options.scene)
     if not scene.moves_grains:
         raise UserError(f"scene '{scene.name}' has no in.liggghts, so no collision models.")

@@ -25,7 +25,7 @@ from bedload_post.states import RESTING
 from bedload_post.transport import measure
 
 from . import made_by, models
-from .threshold_report import Experiment, write
+from .threshold_report import Experiment, rewrite, write
 
 SHIELDS = (0.01, 0.017, 0.024, 0.033, 0.045, 0.06, 0.085, 0.12)
 MOVING = 0.01  # of u_b: slower counts as rest (Vowinckel, Kempe & Froehlich)
@@ -98,6 +98,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--report-only", action="store_true", help="start nothing, report on what there is"
     )
+    parser.add_argument(
+        "--rewrite", type=Path, metavar="REPORT",
+        help="only make the page of a kept report anew from its numbers.json, and the figure drawn from it",
+    )  # fmt: skip
 
 
 def check(options: argparse.Namespace, scene: Scene) -> None:
@@ -190,6 +194,12 @@ def experiment(plan: Plan, options: argparse.Namespace) -> Experiment:
 
 
 def run(options: argparse.Namespace) -> int:
+    if options.rewrite:
+        if not (options.rewrite / "numbers.json").is_file():
+            raise UserError(f"--rewrite {options.rewrite}: has no numbers.json, so it is no report of this study.")
+        rewrite(options.rewrite)
+        print(f"bedload: {options.rewrite} anew from its numbers", flush=True)
+        return 0
     scene = find_scene(options.scene)
     check(options, scene)
     plan = Plan(scene, options.cells, options.throughs, options.discard, options.out)

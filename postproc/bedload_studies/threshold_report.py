@@ -1,9 +1,12 @@
-"""The report of the onset of motion: two figures, tables, and what they say of each model."""
+"""The report of the onset of motion: two figures, tables, and what they say of each model.
+
+All of it but the maps of motion is made from the points, which numbers.json keeps: `rewrite` makes a kept report anew.
+"""
 
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import matplotlib
@@ -14,9 +17,11 @@ import numpy as np  # noqa: E402
 
 from bedload_post import bed_motion  # noqa: E402
 from bedload_post import incipient_motion as motion  # noqa: E402
+from bedload_post.batches import Estimate  # noqa: E402
 from bedload_post.incipient_motion import Point, Threshold  # noqa: E402
-from bedload_post.model_figures import MODELS  # noqa: E402
+from bedload_post.model_figures import model_label, model_line, name_models  # noqa: E402
 from bedload_post.outputs import Run  # noqa: E402
+from bedload_post.paper_statements import BED_SHIELDS, CRITICAL_SHIELDS, exceeds  # noqa: E402
 
 
 @dataclass(frozen=True)
@@ -35,6 +40,11 @@ class Experiment:
     points: Sequence[Point]
     circumstances: dict[str, str]
     shown: Sequence[tuple[str, Run]] = ()  # whose motion is drawn over x and time, one a model
+
+    @property
+    def setup_2(self) -> float:
+        """The Shields number computed that is nearest to that of the paper's Setup II."""
+        return min((p.shields for p in self.points), key=lambda theta: abs(math.log(theta / BED_SHIELDS)))
 
     @property
     def models(self) -> list[str]:
@@ -81,30 +91,93 @@ def beside_exposed(found: Threshold) -> str:
     return f"; {found.value / exposed:.2f} times that of exposed grains, {exposed:g}"
 
 
-def draw(found: Experiment, file: Path) -> None:
-    """Share of grains in motion and transport rate over the Shields number."""
-    figure, (share, rate) = plt.subplots(1, 2, figsize=(9.5, 4.0), layout="constrained")
+def opening(found: Experiment) -> str:
+    """What a reader has to know first: who begins to move where, beside Shields' curve, and what moves at the Shields
+    number of the paper's Setup II."""
+    expected = found.shields_threshold
+    groups: dict[str, list[str]] = {}
     for model in found.models:
         points = found.of(model)
-        label, colour = MODELS.get(model, (model, "#555555"))[:2]
-        theta = [p.shields for p in points]
-        line = {"color": colour, "marker": "o", "ms": 4, "capsize": 2, "lw": 1.2, "label": label}
-        share.errorbar(
-            theta, [p.moving.mean for p in points], [p.moving.half_width for p in points], **line
+        threshold = motion.threshold_of_share(points)
+        groups.setdefault(side(threshold, points, expected), []).append(
+            f"{model_label(model)} {where(threshold, points)}"
         )
+    sides = {
+        "earlier": "begin to move earlier", "later": "begin to move later", "agrees": "agree",
+        "unknown": "cannot be told",
+    }  # fmt: skip
+    told = "; ".join(f"{text}: {', '.join(groups[key])}" for key, text in sides.items() if key in groups)
+    text = f"Beside Shields' curve, {expected:.4f} (10 % of the grains in motion), {told}."
+    theta = found.setup_2
+    # Below the critical number hardly any transport should occur, says the paper.
+    if theta < CRITICAL_SHIELDS:
+        at = [p for p in found.points if p.shields == theta]
+        shares = ", ".join(
+            f"{model_label(p.model)} {100 * p.moving.mean:.0f} ± {100 * p.moving.half_width:.0f} %" for p in at
+        )
+        answers = [exceeds(p.moving.mean, p.moving.half_width, motion.IN_MOTION) for p in at]
+        verdict = "all models contradict that" if all(answers) else (
+            "not all models contradict that" if any(answers) else "no model contradicts that"
+        )  # fmt: skip
+        text += (
+            f" At θ = {theta:g} (the paper's Setup II has {BED_SHIELDS}), below the paper's critical "
+            f"{CRITICAL_SHIELDS}, less than 10 % should move; here {shares}: {verdict}."
+        )
+    return text
+
+
+def side(found: Threshold, points: Sequence[Point], expected: float) -> str:
+    """Whether a model begins to move "earlier" or "later" than `expected`, "agrees", or it is "unknown"; ascending
+    Shields numbers."""
+    if not math.isnan(found.value):
+        return "agrees" if found.holds(expected) else "earlier" if found.value < expected else "later"
+    first, last = points[0], points[-1]
+    if exceeds(first.moving.mean, first.moving.half_width, motion.IN_MOTION) and first.shields <= expected:
+        return "earlier"
+    if exceeds(last.moving.mean, last.moving.half_width, motion.IN_MOTION) is False and last.shields >= expected:
+        return "later"
+    return "unknown"
+
+
+def where(found: Threshold, points: Sequence[Point]) -> str:
+    """The threshold, or on which side of the Shields numbers computed it lies."""
+    if not math.isnan(found.value):
+        return str(found)
+    first, last = points[0], points[-1]
+    if exceeds(first.moving.mean, first.moving.half_width, motion.IN_MOTION):
+        return f"below {first.shields:g}"
+    if exceeds(last.moving.mean, last.moving.half_width, motion.IN_MOTION) is False:
+        return f"above {last.shields:g}"
+    return "not found"
+
+
+def draw(found: Experiment, file: Path) -> None:
+    """Share of grains in motion and transport rate over the Shields number; models stand beside each other."""
+    figure, (share, rate) = plt.subplots(1, 2, figsize=(9.5, 4.3), layout="constrained")
+    for place, model in enumerate(found.models):
+        points = found.of(model)
+        theta = np.array([p.shields for p in points]) * (1.0 + 0.025 * (place - 0.5 * (len(found.models) - 1)))
+        line = model_line(model) | {"marker": "o", "ms": 4, "capsize": 2, "lw": 1.2}
+        mean, half = (np.array([getattr(p.moving, word) for p in points]) for word in ("mean", "half_width"))
+        within = np.maximum([np.minimum(half, mean), np.minimum(half, 1.0 - mean)], 0.0)  # no share above 1
+        share.errorbar(theta, mean, within, **line)
         rate.errorbar(
             theta, [p.transport.mean for p in points], [p.transport.half_width for p in points], **line
         )
     span = np.array([min(p.shields for p in found.points), max(p.shields for p in found.points)])
     share.axhline(motion.IN_MOTION, color="#999999", lw=0.8, ls="--")
+    share.annotate(f"{motion.IN_MOTION:.0%}", (1.01, motion.IN_MOTION), xycoords=("axes fraction", "data"), va="center",
+                   fontsize=8, color="#666666")  # fmt: skip
     for at, what in ((found.shields_threshold, "Shields' curve"),
                      (motion.EXPOSED_THRESHOLD, "exposed grains")):  # fmt: skip
         share.axvline(at, color="#999999", lw=0.8, ls=":")
-        share.text(at, 1.03, what, ha="center", va="bottom", fontsize=8, color="#666666")
+        share.annotate(what, (at, 1.01), xycoords=("data", "axes fraction"), ha="center", va="bottom", fontsize=8,
+                       color="#666666")  # fmt: skip
     fine = np.geomspace(motion.WONG_PARKER_THRESHOLD * 1.01, max(span[1], 0.05), 60)
-    rate.plot(fine, motion.wong_parker(fine), color="black", lw=1, ls="--", label="Wong & Parker 2006")
-    share.set(xlabel="Shields number θ", ylabel="share of grains faster than 0.01 u_b", xscale="log",
-              ylim=(0, 1.02))  # fmt: skip
+    formula = motion.wong_parker(fine)
+    rate.plot(fine, formula, color="black", lw=1, ls=":")
+    rate.annotate("Wong & Parker\n2006", (fine[5], formula[5]), xytext=(8, -14), textcoords="offset points", fontsize=8)
+    share.set(xlabel="Shields number θ", ylabel="share of grains faster than 0.01 $u_b$", xscale="log", ylim=(0, 1.02))
     lowest = [p.transport.mean for p in found.points if p.transport.mean > 0]
     rate.set(xlabel="Shields number θ", ylabel="transport rate q*", xscale="log", yscale="log",
              ylim=(0.3 * min(lowest, default=1e-4), None))  # fmt: skip
@@ -112,7 +185,7 @@ def draw(found: Experiment, file: Path) -> None:
     for axis in (share, rate):
         axis.set_xticks(shown, [f"{s:g}" for s in shown], rotation=45)
         axis.set_xticks([], minor=True)
-    rate.legend(frameon=False, fontsize=8)
+    name_models(figure, found.models)
     figure.savefig(file, dpi=110)
     plt.close(figure)
 
@@ -122,6 +195,8 @@ def as_text(found: Experiment, motion_drawn: bool = False) -> str:
     reynolds = found.friction_velocity * found.diameter / found.viscosity
     lines = [
         f"# Onset of motion: {found.scene}",
+        "",
+        opening(found),
         "",
         f"`./bedload study threshold --scene {found.scene} --models {' '.join(found.models)} --shields "
         f"{' '.join(f'{s:g}' for s in sorted({p.shields for p in found.points}))} --cells "
@@ -141,9 +216,8 @@ def as_text(found: Experiment, motion_drawn: bool = False) -> str:
     ]
     for model in found.models:
         points = found.of(model)
-        lines.append(
-            f"| {model} | {motion.threshold_of_share(points)} | {motion.threshold_of_transport(points)} |"
-        )
+        share, transport = motion.threshold_of_share(points), motion.threshold_of_transport(points)
+        lines.append(f"| {model} | {where(share, points)} | {transport} |")
     expected = found.shields_threshold
     lines += [
         "",
@@ -181,18 +255,38 @@ def as_text(found: Experiment, motion_drawn: bool = False) -> str:
     return "\n".join(lines) + "\n"
 
 
+ESTIMATES = ("moving", "not_resting", "velocity", "transport")
+
+
 def write(found: Experiment, folder: Path) -> None:
     """threshold.png, motion.png where there are many grains, README.md and numbers.json into `folder`."""
     folder.mkdir(parents=True, exist_ok=True)
+    write_pages(found, folder, bed_motion.compare(found.shown, folder / "motion.png"))
+
+
+def write_pages(found: Experiment, folder: Path, motion_drawn: bool) -> None:
+    """All but the maps of motion, which are there if `motion_drawn`."""
     draw(found, folder / "threshold.png")
-    drawn = bed_motion.compare(found.shown, folder / "motion.png")
-    (folder / "README.md").write_text(as_text(found, drawn), encoding="utf-8")
-    numbers = [
-        {
-            "model": p.model, "shields": p.shields,
-            **{name: [getattr(p, name).mean, getattr(p, name).half_width]
-               for name in ("moving", "not_resting", "velocity", "transport")},
-        }
+    (folder / "README.md").write_text(as_text(found, motion_drawn), encoding="utf-8")
+    kept = {field.name: getattr(found, field.name) for field in fields(found) if field.name not in ("points", "shown")}
+    kept["points"] = [
+        {"model": p.model, "shields": p.shields}
+        | {name: [getattr(p, name).mean, getattr(p, name).half_width] for name in ESTIMATES}
         for p in found.points
-    ]  # fmt: skip
-    (folder / "numbers.json").write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
+    ]
+    (folder / "numbers.json").write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def read(file: Path) -> Experiment:
+    """The experiment that numbers.json keeps; its estimates are without batches."""
+    kept = json.loads(file.read_text(encoding="utf-8"))
+    points = [
+        Point(p["model"], p["shields"], **{name: Estimate(p[name][0], p[name][1], np.empty(0)) for name in ESTIMATES})
+        for p in kept.pop("points")
+    ]
+    return Experiment(points=points, **kept)
+
+
+def rewrite(folder: Path) -> None:
+    """Pages and threshold.png of a kept report anew from its numbers; motion.png stays."""
+    write_pages(read(folder / "numbers.json"), folder, (folder / "motion.png").is_file())

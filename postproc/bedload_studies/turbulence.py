@@ -8,6 +8,7 @@ fallen to about zero at half its length; where it has not, the largest motions a
 
 import argparse
 from collections.abc import Iterator
+from itertools import cycle
 from pathlib import Path
 
 import h5py
@@ -69,11 +70,11 @@ def draw(run: Run, heights, along_x: np.ndarray, along_z: np.ndarray, file: Path
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.4), sharey=True, layout="constrained")
     for axis, values, d, name in ((axes[0], along_x, 0, "x"), (axes[1], along_z, 2, "z")):
         distance = np.linspace(0, 0.5 * run.box[d], values.shape[1]) / run.depth
-        for height, line in zip(heights, values, strict=True):
-            axis.plot(distance, line, label=f"y = {height / run.diameter:.3g} D")
+        for height, line, kind in zip(heights, values, cycle(("-", "--", ":", "-.")), strict=False):
+            axis.plot(distance, line, kind, label=f"y = {height / run.diameter:.3g} D")
         axis.axhline(0, color="#999999", lw=0.8)
         axis.set(xlabel=f"separation along {name} / H")
-    axes[0].set(ylabel="R_uu", ylim=(-0.5, 1.02))
+    axes[0].set(ylabel="$R_{uu}$", ylim=(-0.6, 1.02))
     axes[0].legend(frameon=False)
     figure.savefig(file, dpi=110)
     plt.close(figure)

@@ -1,5 +1,6 @@
 """Maps of a bed's motion: what moves is counted where it is, the surface is the highest grain's top."""
 
+import matplotlib.image
 import numpy as np
 import pytest
 from bedload_post import bed_motion
@@ -44,3 +45,10 @@ def test_several_runs_stand_side_by_side_on_one_scale(monkeypatch, tmp_path):
     monkeypatch.setattr(bed_motion, "_grains", lambda _: bed_motion.FEWEST)
     assert bed_motion.compare(named, tmp_path / "motion.png")
     assert (tmp_path / "motion.png").stat().st_size > 1000
+    # Five runs: a row of four and one of one; the start-up's end is drawn where it is said.
+    two = matplotlib.image.imread(tmp_path / "motion.png")
+    assert bed_motion.compare([*named, *named, named[0]], tmp_path / "five.png")
+    five = matplotlib.image.imread(tmp_path / "five.png")
+    assert five.shape[0] == pytest.approx(2 * two.shape[0], abs=2)
+    assert bed_motion.compare(named, tmp_path / "since.png", since=0.5)
+    assert (matplotlib.image.imread(tmp_path / "since.png") != two).any()

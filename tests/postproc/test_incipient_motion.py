@@ -1,6 +1,7 @@
 """Onset of motion: numbers worked out by hand, and thresholds of made-up points."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -91,29 +92,79 @@ def test_the_threshold_on_shields_curve_is_its_own_gravity_s():
     assert 0.03 < theta < 0.045  # D+ = 24: the paper reads 0.035 from the diagram
 
 
-def test_the_report_says_what_its_numbers_say(tmp_path):
-    def experiment(level):
-        points = [
-            Point("actm", t, value(m, 0.01), value(m, 0.01), value(0.1 * m, 0.001), value(0.01 * m, 1e-4))
-            for t, m in zip((0.01, 0.03, 0.06, 0.1), level, strict=True)
-        ]
-        return threshold_report.Experiment(
-            "made_up", 6, 12, 4, 0.0728, "by hand", 2.99e-3, 1.0, 1.2, points, {"commit": "none"}
-        )
+def experiment(level, half=0.01, **changes):
+    """Shares in motion of actm at four Shields numbers; Shields' curve has 0.0318 there."""
+    points = [
+        Point("actm", t, value(m, half), value(m, half), value(0.1 * m, 0.001), value(0.01 * m, 1e-4))
+        for t, m in zip((0.01, 0.03, 0.06, 0.1), level, strict=True)
+    ]
+    made = threshold_report.Experiment(
+        "made_up", 6, 12, 4, 0.0728, "by hand", 2.99e-3, 1.0, 1.2, points, {"commit": "none"}
+    )
+    return replace(made, **changes)
 
+
+def test_the_report_says_what_its_numbers_say(tmp_path):
     early = threshold_report.as_text(experiment((0.05, 0.4, 0.6, 0.9)))
     assert "- actm: 0.0129 (0.0123 to 0.0134): begins to move earlier than Shields' curve" in early
     fitting = threshold_report.as_text(experiment((0.0, 0.09, 0.2, 0.9)))
     assert "0.0327 (0.0300 to 0.0355): agrees with Shields' curve, 0.0318, within" in fitting
     never = threshold_report.as_text(experiment((0.0, 0.01, 0.02, 0.05)))
-    assert "lies above the highest Shields number computed, 0.1." in never and "not found" in never
+    assert "lies above the highest Shields number computed, 0.1." in never and "| actm | above 0.1 | " in never
     always = threshold_report.as_text(experiment((0.3, 0.4, 0.6, 0.9)))
     assert "lies below the lowest Shields number computed, 0.01, where 30% move: begins to move earlier" in always
+    assert "| actm | below 0.01 | " in always
     unclear = threshold_report.as_text(experiment((0.105, 0.11, 0.12, 0.13)))
-    assert "is not found among the Shields numbers computed" in unclear
+    assert "is not found among the Shields numbers computed" in unclear and "| actm | not found | " in unclear
     threshold_report.write(experiment((0.05, 0.4, 0.6, 0.9)), tmp_path)
     assert (tmp_path / "threshold.png").stat().st_size > 10000
     assert "begins to move earlier" in (tmp_path / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "level, side",
+    [
+        ((0.05, 0.4, 0.6, 0.9), "begin to move earlier: actm 0.0129 (0.0123 to 0.0134)."),
+        ((0.3, 0.4, 0.6, 0.9), "begin to move earlier: actm below 0.01."),
+        ((0.0, 0.09, 0.2, 0.9), "agree: actm 0.0327 (0.0300 to 0.0355)."),
+        ((0.0, 0.0, 0.02, 0.9), "begin to move later: actm 0.0636 (0.0632 to 0.0641)."),
+        ((0.0, 0.0, 0.02, 0.05), "begin to move later: actm above 0.1."),
+        ((0.105, 0.11, 0.12, 0.13), "cannot be told: actm not found."),
+    ],
+)
+def test_the_threshold_s_opening(level, side):
+    text = threshold_report.as_text(experiment(level)).split("\n\n")[1]
+    assert text.startswith(f"Beside Shields' curve, 0.0318 (10 % of the grains in motion), {side}")
+
+
+@pytest.mark.parametrize(
+    "moving, verdict",
+    [(0.4, "all models contradict that"), (0.105, "no model contradicts that"), (0.0, "no model contradicts that")],
+)
+def test_what_moves_at_the_paper_s_shields_number(moving, verdict):
+    """0.03 is nearest to 0.0241, and under 0.035."""
+    found = experiment((0.0, moving, 0.6, 0.9))
+    assert f"here actm {100 * moving:.0f} ± 1 %: {verdict}." in threshold_report.opening(found)
+    second = [replace(p, model="rpm", moving=value(0.5, 0.01)) for p in found.points]
+    both = threshold_report.opening(replace(found, points=[*found.points, *second]))
+    assert (": all models contradict" in both) == (moving > 0.2)
+    assert (": not all models contradict" in both) == (moving < 0.2)
+    high = replace(found, points=[p for p in found.points if p.shields > 0.05])
+    assert "Setup II" not in threshold_report.opening(high)
+
+
+def test_a_kept_threshold_is_written_anew(tmp_path):
+    threshold_report.write(experiment((0.05, 0.4, 0.6, 0.9)), tmp_path)
+    text = (tmp_path / "README.md").read_text(encoding="utf-8")
+    (tmp_path / "README.md").unlink()
+    (tmp_path / "threshold.png").unlink()
+    threshold_report.rewrite(tmp_path)
+    assert (tmp_path / "README.md").read_text(encoding="utf-8") == text
+    assert (tmp_path / "threshold.png").is_file()
+    (tmp_path / "motion.png").write_bytes(b"kept")
+    threshold_report.rewrite(tmp_path)
+    assert "(motion.png)" in (tmp_path / "README.md").read_text(encoding="utf-8")
+    assert (tmp_path / "motion.png").read_bytes() == b"kept"
 
 
 def test_a_threshold_stands_beside_that_of_exposed_grains():

@@ -233,3 +233,20 @@ def test_friction_of_the_bed_is_the_driving_force(tmp_path):
     assert bed.reynolds == pytest.approx(np.sqrt(0.032) * 8 / 2.6578e-3, rel=1e-12)
     assert bed.shields(made_up) == pytest.approx(0.032 / (0.25 * 0.99), rel=1e-9)
     assert bed.source.endswith(f"second half {bed.reynolds:.0f}")
+    assert bed.reynolds_interval == pytest.approx(0.0, abs=1e-9)  # the force is steady
+    # A force of 0.003 and 0.005 by turns of a quarter of the record: batches of four, s = 0.0011547.
+    history = made_up.history()
+    force = np.where(np.arange(len(history["time"])) * 4 // len(history["time"]) % 2, 0.005, 0.003)
+    half = 3.18245 * np.std([0.003, 0.005] * 2, ddof=1) / 2
+    lines = (made_up.folder / "history.csv").read_text().splitlines()
+    place = lines[0].split(",").index("driving")
+    for row, value in enumerate(force, 1):
+        words = lines[row].split(",")
+        words[place] = repr(float(value))
+        lines[row] = ",".join(words)
+    (made_up.folder / "history.csv").write_text("\n".join(lines) + "\n")
+    turning = models.measured_bed(Run(made_up.folder), 0.0)
+    relative = half / np.mean(force)
+    assert turning.reynolds_interval == pytest.approx(0.5 * relative * turning.reynolds, rel=0.05)
+    found = turning.numbers(made_up)
+    assert found["bed_shields_interval"] == pytest.approx(relative * found["bed_shields"], rel=0.05)

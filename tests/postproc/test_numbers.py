@@ -7,7 +7,7 @@ Bounds: 1 % or a bin of the heights; samples every 0.001 of pieces that begin an
 import h5py
 import numpy as np
 import pytest
-from bedload_post import bed_friction, flow_statistics, models_report, states, summary, transport
+from bedload_post import bed_friction, flow_statistics, model_numbers, states, summary, transport
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import Run
 from synthetic import Story, even, write_run
@@ -50,7 +50,7 @@ def run(tmp_path_factory):
 
 
 def test_every_number_of_the_models_report(run):
-    found = models_report.numbers(models_report.make_case("rpm", run, SINCE / THROUGH))
+    found = model_numbers.numbers(model_numbers.make_case("rpm", run, SINCE / THROUGH))
     u_tau = np.sqrt((56 * 0.004 + 65 * 0.001) / 121 * 8 / 1.5)
     exact = {
         "model": "rpm", "grains": 1, "jumps": 2, "batches": 4, "interval_too_narrow": True,
@@ -59,12 +59,15 @@ def test_every_number_of_the_models_report(run):
         "collisions": 5, "collisions_below_stokes_1": 1.0, "collisions_below_stokes_5": 1.0,
         "stokes_quantiles": [0.0] * 3, "duration_quantiles": [None] * 3, "overlap_quantiles": [None] * 3,
         "scales": {}, "velocity_drifts": False, "resting_drifts": False,
+        "box_length": 8.0, "mean_jump_height_interval": None,  # two parts of the record have a jump
+        # The bed's top is at y/D = 0.5: all grains are more than a diameter above it.
+        "spin_peak": None, "spin_peak_height": None, "spin_peak_interval": None, "moving_spin_peak": None,
+        "moving_spin_peak_interval": None,
     }  # fmt: skip
     t_1 = 12.706 / np.sqrt(2)  # t_{0.975, 1}/sqrt(2): halves have two batches
     near = {
         "cells_per_diameter": 2 / (16 / 80),
         "mean_height_interval": 3.182 * np.std([0, 2 / 9, 0.2 / 3, 0], ddof=1) / 2 / 2,
-        "mean_jump_height_interval": 1.96 * np.std([0.25, 0.15], ddof=1) / np.sqrt(2),
         "share_moving": 5 / 12,
         "share_moving_interval": 3.182 * np.std([0, 1, 2 / 3, 0], ddof=1) / 2,
         "velocity_halves": [3.6 / 6 / 3, 1.9 / 6 / 3],
@@ -84,6 +87,10 @@ def test_every_number_of_the_models_report(run):
         "mean_jump_height": (0.5 + 0.3) / 2 / 2,
         # |omega x R| = 0.8 hypot(0.3, 0.5) for one time unit on 0.6 and 0 on 0.4 of way.
         "creeping_slip": 0.8 * np.hypot(0.3, 0.5) - 1.0,
+        # The roll in one of ten parts, the slide in another, off the common ratio by as much.
+        "creeping_slip_interval": 2.262 * np.sqrt(10 / 9 * 2) * abs(
+            0.8 * np.hypot(0.3, 0.5) - 0.6 - (0.8 * np.hypot(0.3, 0.5) - 1.0) * 0.6
+        ),
         "u_tau": u_tau / 3,
         "re_tau": u_tau * 8 / 0.01,
         "d_plus": u_tau * 2 / 0.01,
@@ -111,13 +118,22 @@ def test_every_number_of_the_models_report(run):
         "spread_of_height": spread / 2, "spread_of_height_interval": half / 2,
         # While jumping 0.9 for 2 and 0.3 for 1, in four of the parts, times D/u_b = 2/3.
         "jumping_spin": (0.6 * 2 + 0.2) / 3,
-        # At y/D = 1.53 the first jump dwells 0.0853, the second 0.0746; above both the first alone.
-        "spin_next_to_bed": (-0.9 * 0.0853 + 0.3 * 0.0746) / 0.1599 * 2 / 3, "spin_peak_height": 1.53,
-        "spin_above": -0.6,
+        # Up to y/D = 1.7, farther up too few parts of the record have any: the second jump and most of the first.
+        "spin_above": (-1 / 3 - 0.6 * 1.1056 + 0.2 * 1.0) / 11.1056,
+        # More than half of the time is rest at 1.5.
+        "low_height": 1.51, "low_height_interval": 0.01,
     }  # fmt: skip
     # A bin of 0.025 off at either end: 3.182 * 0.577 * 0.0125 in the half width.
     assert found.pop("jumping_spin_interval") == pytest.approx(
         3.182 * np.std([0.6, 0.6, 0.2, 0.2], ddof=1) / 2, abs=0.03
+    )
+    profiles = found.pop("profiles")
+    assert profiles["height"] == pytest.approx([1.55, 1.65])
+    # Below 1.6: at 1.5 for 9, jumps for 0.4508 and 0.4226.
+    assert profiles["spin"] == pytest.approx([(-0.6 * 0.4508 + 0.2 * 0.4226 - 1 / 3) / 9.8734, -0.2251], abs=0.003)
+    assert profiles["velocity"] == pytest.approx([(0.6 + 0.4 + 1.5 * 0.8734) / 3 / 9.8734, 0.5], abs=0.001)
+    assert found.pop("spin_above_interval") == pytest.approx(
+        np.average(profiles["spin_interval"], weights=[9.8734, 1.2322]), rel=0.01
     )
     assert {name: found[name] for name in exact} == exact
     for name, value in near.items():
@@ -125,6 +141,39 @@ def test_every_number_of_the_models_report(run):
     for name, value in bins.items():
         assert found[name] == pytest.approx(value, abs=0.0126 if "spin" in name else 0.0101), name
     assert exact.keys() | near.keys() | bins.keys() == found.keys()
+
+
+def test_resting_grains_dilute_the_spin_at_a_height(run):
+    """All grains at 1.5 D to 1.6 D: seven of nearly ten time units they rest."""
+    measured = transport.measure(run, SINCE)
+    everyone, moving = measured.coarse_profile(1), measured.coarse_profile(1, resting=False)
+    assert moving.mean[0] == pytest.approx(everyone.mean[0] * 9.8734 / 2.8734, rel=0.01)
+    assert everyone.samples[0] - moving.samples[0] == pytest.approx(7000, abs=10)
+    assert everyone.largest(1.0, 1.6) == (everyone.mean[0], everyone.half[0], pytest.approx(1.55))
+    assert everyone.largest(2.0, 2.5) is None
+    weights = everyone.samples / everyone.samples.sum()
+    mean, half = everyone.between(1.0, 2.0)
+    assert mean == pytest.approx((weights * everyone.mean).sum())
+    assert half == pytest.approx((weights * everyone.half).sum())
+    assert everyone.between(2.0, 2.5) is None
+    # From 1.6 to 1.7 the first jump dwells 0.6548, the second 0.5774. A bed whose top is at y/D = 1 has that next to
+    # it, one at 0.6 only what is below 1.6.
+    near = model_numbers.spin_over_height(measured, 1.0)
+    assert near["spin_peak"] == pytest.approx((-0.6 * 0.6548 + 0.2 * 0.5774) / 1.2322, abs=0.003)
+    assert (near["spin_peak_height"], near["spin_above"]) == (pytest.approx(1.65), None)
+    low = model_numbers.spin_over_height(measured, 0.6)
+    assert (low["spin_peak"], low["moving_spin_peak"]) == (everyone.mean[0], moving.mean[0])
+    assert low["spin_above"] == everyone.mean[1]
+
+
+def test_a_ratio_of_sums_has_its_interval():
+    """R = 6/8; a - R b = 0.25, -0.5, 0.25 and 0; t_{0.975, 3} = 3.18245."""
+    ratio, half = transport.ratio_of_sums(np.array([1.0, 1.0, 4.0, 0.0]), np.array([1.0, 2.0, 5.0, 0.0]))
+    assert ratio == 0.75
+    assert half == pytest.approx(3.18245 * np.sqrt(4 / 3 * (0.25**2 + 0.5**2 + 0.25**2)) / 8, rel=1e-5)
+    few = transport.ratio_of_sums(np.array([2.0, 1.0, 0.0]), np.array([1.0, 1.0, 0.0]))
+    assert few[0] == 1.5 and np.isnan(few[1])
+    assert np.isnan(transport.ratio_of_sums(np.zeros(3), np.zeros(3))).all()
 
 
 def test_distributions_are_over_heights_spins_and_velocities_in_d_and_u_b(run):

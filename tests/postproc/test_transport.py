@@ -10,7 +10,9 @@ import h5py
 import matplotlib.image
 import numpy as np
 import pytest
-from bedload_post import bed_friction, flow_statistics, models_report, transport
+from bedload_post import (
+    bed_friction, flow_statistics, model_figures, model_numbers, model_sentences, models_report, transport,
+)  # fmt: skip
 from bedload_post.batches import batches_of, estimate
 from bedload_post.frames import frames, grains_per_instant, time_ranges
 from bedload_post.outputs import MissingOutput, Run, Samples
@@ -133,9 +135,11 @@ def test_an_interval_that_promises_too_much_is_told():
     assert estimate(calm).too_narrow(9.5)  # batches shorter than a flow-through
     assert estimate(rising).too_narrow(40.0)
     values = [{"interval_too_narrow": True}, {"interval_too_narrow": False}]
-    told = models_report.interval_sentence(["rpm", "actm"], values)
+    told = model_sentences.interval_sentence(["rpm", "actm"], values)
     assert "too narrow for rpm: batches" in told
-    assert "too narrow" not in models_report.interval_sentence(["actm"], values[1:])
+    assert "too narrow" not in model_sentences.interval_sentence(["actm"], values[1:])
+    assert model_sentences.caution(values).startswith(" Intervals of 1 of 2 runs are too narrow")
+    assert model_sentences.caution(values[1:]) == ""
 
 
 def test_batches_are_flow_throughs_where_the_record_is_long_enough():
@@ -272,8 +276,26 @@ def test_a_grain_with_one_sample_has_no_say(run, tmp_path):
     assert not (folder / "path.png").exists()
 
 
+def test_figures_of_jumps_and_creeping_need_some(tmp_path):
+    """Twelve of each are drawn, with intervals; one of each is not."""
+    story = Story(samples_per_time=100).piece(1.0, contact=True)
+    for _ in range(12):
+        story.piece(1.0, (0.25, 0, 0), spin_z=-0.5).touch(1e-3)
+        story.piece(1.0, (1.0, 0, 0), spin_z=-0.4, jump_height=0.3).touch(1e-3)
+    many = Run(write_run(tmp_path / "rpm", even(story.piece(1.0, contact=True))))
+    few = Run(write_run(tmp_path / "actm", even(story_of_three_states())))
+    for name, one, drawn in (("rpm", many, True), ("actm", few, False)):
+        case = model_numbers.make_case(name, one, 0.0)
+        for draw in (model_figures.jumping, model_figures.creeping):
+            file = tmp_path / f"{name}-{draw.__name__}.png"
+            assert draw([case], file) is drawn
+            assert file.is_file() is drawn
+    height = model_numbers.make_case("rpm", many, 0.0).transport.mean_jump_height(1.0)
+    assert height == (pytest.approx(0.3, abs=0.003), pytest.approx(0.0, abs=0.004))  # samples miss the top by 1 %
+
+
 def test_report_of_two_models(run, tmp_path):
-    cases = [models_report.make_case(name, run, 0.0) for name in ("rpm", "actm_hw")]
+    cases = [model_numbers.make_case(name, run, 0.0) for name in ("rpm", "actm_hw")]
     folder = tmp_path / "report"
     told = {"date": "2026-01-01"}
     models_report.write(
@@ -288,8 +310,11 @@ def test_report_of_two_models(run, tmp_path):
     assert "<p>Because.</p>" in page
     assert "too narrow for rpm; actm + HW: batches shorter" in page  # one and a quarter flow-throughs
     assert "The intervals do not part rpm and actm + HW." in page  # the same run twice
-    # Everything is in the one file.
-    assert page.count("data:image/png;base64") == len(list(folder.glob("*.png"))) >= 8
+    # What contradicts the paper stands first.
+    assert (folder / "README.md").read_text().split("\n\n")[1].startswith("Contradicts ")
+    # Everything is in the one file; one jump and one creeping phase make no figure.
+    assert page.count("data:image/png;base64") == len(list(folder.glob("*.png"))) >= 6
+    assert not {"jumping.png", "creeping.png"} & {file.name for file in folder.iterdir()}
     assert 'src="' not in page.replace('src="data:', "")
 
 
@@ -298,7 +323,7 @@ def test_several_densities_stand_side_by_side(run, tmp_path):
     shutil.copytree(run.folder, heavy)
     text = (heavy / "settings.toml").read_text()
     (heavy / "settings.toml").write_text(text.replace("sphere_density = 1.25", "sphere_density = 2.25"))
-    cases = [models_report.make_case("rpm", one, 0.0) for one in (run, Run(heavy))]
+    cases = [model_numbers.make_case("rpm", one, 0.0) for one in (run, Run(heavy))]
     folder = tmp_path / "report"
     found = models_report.write(models_report.Comparison("made up", cases, 0, {}), folder)
     assert [v["density_ratio"] for v in found] == [1.25, 2.25]
@@ -320,11 +345,12 @@ def test_order_is_told_as_it_is():
         return {"model": model, "mean_velocity": velocity, "mean_velocity_interval": 0.01}
 
     right = [value(m, u) for m, u in zip(("rpm", "rpm_hw", "actm", "actm_hw"), (4, 3, 2, 1))]
-    assert models_report.order_sentence(right).endswith("actm + HW, the paper's.")
+    assert model_sentences.order_sentence(right, True).endswith("actm + HW, the paper's.")
     unknown = [value(m, u) | {"mean_velocity_interval": np.nan} for m, u in (("rpm", 4), ("actm", 2))]
-    assert "do not part rpm and actm." in models_report.order_sentence(unknown)
+    assert "do not part rpm and actm." in model_sentences.order_sentence(unknown, True)
     wrong = [value("rpm", 1.0), value("actm", 2.0)]
-    assert "actm > rpm; the paper's is rpm > actm." in models_report.order_sentence(wrong)
+    assert model_sentences.order_sentence(wrong, False) == "Mean velocity falls in the order actm > rpm."
+    assert "actm > rpm; the paper's is rpm > actm." in model_sentences.order_sentence(wrong, True)
 
 
 def test_each_density_has_an_order_of_its_own():
@@ -332,12 +358,12 @@ def test_each_density_has_an_order_of_its_own():
         found = {"model": model, "mean_velocity": velocity, "mean_velocity_interval": 0.01}
         return found | {"density_ratio": ratio}
 
-    told = models_report.order_sentences([
+    told = model_sentences.order_sentences([
         value("rpm", 1.25, 0.4), value("actm", 1.25, 0.3), value("mine", 1.25, 0.1),
         value("rpm", 2.25, 0.1), value("actm", 2.25, 0.2), value("rpm", 1.75, 0.2),
-    ])  # fmt: skip
+    ], True)  # fmt: skip
     assert told == (
         "At ρp/ρf 1.25: mean velocity falls in the order rpm > actm, the paper's. "
         "At ρp/ρf 2.25: mean velocity falls in the order actm > rpm; the paper's is rpm > actm."
     )
-    assert models_report.order_sentences([value("rpm", 1.2, 0.2), value("mine", 1.2, 0.1)]) == ""
+    assert model_sentences.order_sentences([value("rpm", 1.2, 0.2), value("mine", 1.2, 0.1)], True) == ""
