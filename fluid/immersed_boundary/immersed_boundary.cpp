@@ -194,6 +194,22 @@ typename ImmersedBoundary<Real>::SlipSums ImmersedBoundary<Real>::find_increment
   });
 }
 
+/// u += J^T increment for all markers.
+template <class Real>
+void ImmersedBoundary<Real>::spread_all(Field<Real>& velocity) {
+  const auto to_fixed = [this](int n) -> FluidChange& {
+    return fixed_given_[static_cast<std::size_t>(n)];
+  };
+  const auto to_mobile = [this](int n) -> FluidChange& {
+    return mobile_[static_cast<std::size_t>(n)].given;
+  };
+  for (const std::size_t c : components) {
+    const int component = static_cast<int>(c);
+    spread_increments(fixed_lists_[c], velocity, component, to_fixed, layouts_);
+    spread_increments(mobile_lists_[c], velocity, component, to_mobile, layouts_);
+  }
+}
+
 template <class Real>
 Slip ImmersedBoundary<Real>::slip(const Field<Real>& velocity) const {
   SlipSums sums = local_slip(velocity, [](bool, std::size_t, std::size_t, Real) {});
@@ -222,8 +238,7 @@ void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, dou
   SlipSums before = find_increments(velocity), after = before;
   while (true) {
     halo_.clear_ghosts(velocity);
-    for (Lists* lists : {&fixed_lists_, &mobile_lists_})
-      for (MarkerList<Real>& list : *lists) spread_increments(list, velocity, loops == 0);
+    spread_all(velocity);
     halo_.collect(velocity);
     halo_.refresh(velocity);
     end_loop(loops == 0 ? seconds_.first_loops : seconds_.extra_loops);
@@ -248,23 +263,22 @@ void ImmersedBoundary<Real>::carry_cores(Field<Real>& velocity) {
   const auto carry = [&](const SphereState& sphere) {
     const double radius = core_of(sphere.radius);
     return radius > 0.0 ? carry_core(velocity, grid_, decomposition_, sphere, radius)
-                        : CoreChange();
+                        : FluidChange();
   };
-  fixed_cores_.clear();
-  for (const SphereState& sphere : fixed_) fixed_cores_.push_back(carry(sphere));
-  for (Mobile& sphere : mobile_) sphere.core = carry(sphere.state);
+  fixed_given_.clear();
+  for (const SphereState& sphere : fixed_) fixed_given_.push_back(carry(sphere));
+  for (Mobile& sphere : mobile_) sphere.given = carry(sphere.state);
 }
 
 /// Ghosts near the spheres are valid before and after.
 template <class Real>
 void ImmersedBoundary<Real>::correct_dispersion(Field<Real>& velocity, double carry_time) {
-  for (Mobile& sphere : mobile_) sphere.carried_moment.setZero();
   if (carry_time == 0.0) return;
   assert(weighed_here_);  // the layers' points are found together with the markers' volumes
   for (std::size_t n = 0; n < mobile_.size(); ++n) {
     const SphereState& sphere = mobile_[n].state;
     const double time = dispersion_share(sphere, grid_.h, carry_time) * carry_time;
-    mobile_[n].carried_moment = dispersion_.find(n, sphere, grid_, time, velocity, scratch_);
+    mobile_[n].given.angular += dispersion_.find(n, sphere, grid_, time, velocity, scratch_);
   }
   mobile_halo_.collect(scratch_);
   mobile_halo_.clear_ghosts(scratch_);
@@ -281,52 +295,19 @@ bool ImmersedBoundary<Real>::within_tolerance(double local_max) const {
   return local_max <= tolerance_;
 }
 
-/// Sums what this rank's markers gave, per mobile sphere and in all.
+/// Sums what this rank's fluid got, per sphere and in all.
 template <class Real>
 void ImmersedBoundary<Real>::sum_applied(double stage_step) {
-  for (Mobile& sphere : mobile_) {
-    const Vec3 moment = sphere.carried_moment + sphere.core.angular;
-    std::copy_n(sphere.core.linear.data(), 3, sphere.share.applied.begin());
-    std::copy_n(moment.data(), 3, sphere.share.applied_moment.begin());
+  const double to_impulse = density_ * grid_.cell_volume();
+  for (std::size_t n = 0; n < fixed_.size(); ++n) {
+    const Vec3 impulse = to_impulse * fixed_given_[n].linear;
+    fixed_impulse_[n] += impulse;
+    applied_.by_fixed += impulse / stage_step;
   }
-  const double to_force = density_ * grid_.cell_volume() / stage_step;
-  for (int c = 0; c < 3; ++c) {
-    const auto component = static_cast<std::size_t>(c);
-    const int a = (c + 1) % 3, b = (c + 2) % 3;
-    const auto moment_about = [](int d) { return static_cast<std::size_t>(d); };
-    double by_fixed = 0.0, by_mobile = 0.0;
-    for (std::size_t n = 0; n < fixed_.size(); ++n) {
-      by_fixed += fixed_cores_[n].linear[c];
-      fixed_impulse_[n][c] += to_force * stage_step * fixed_cores_[n].linear[c];
-    }
-    for (const Mobile& sphere : mobile_) by_mobile += sphere.core.linear[c];
-    for (const auto& range : fixed_lists_[component].ranges) {
-      double sum = 0.0;
-      for (int m = range.begin; m < range.end; ++m)
-        sum += static_cast<double>(fixed_lists_[component].applied[static_cast<std::size_t>(m)]);
-      fixed_impulse_[static_cast<std::size_t>(range.sphere)][c] += to_force * stage_step * sum;
-      by_fixed += sum;
-    }
-    const MarkerList<Real>& list = mobile_lists_[component];
-    for (const auto& range : list.ranges) {
-      Share& share = mobile_[static_cast<std::size_t>(range.sphere)].share;
-      const MarkerLayout& layout = layouts_[static_cast<std::size_t>(range.layout)];
-      double sum = 0.0, moment_a = 0.0, moment_b = 0.0;
-      for (auto m = static_cast<std::size_t>(range.begin); m < static_cast<std::size_t>(range.end);
-           ++m) {
-        const double applied = static_cast<double>(list.applied[m]);
-        const Vec3& offset = layout.offsets[static_cast<std::size_t>(list.offset[m])];
-        sum += applied;
-        moment_a += offset[b] * applied;  // (r cross f)_a = r_b f_c - r_c f_b
-        moment_b -= offset[a] * applied;  // (r cross f)_b = r_c f_a - r_a f_c
-      }
-      share.applied[component] += sum;
-      share.applied_moment[moment_about(a)] += moment_a;
-      share.applied_moment[moment_about(b)] += moment_b;
-      by_mobile += sum;
-    }
-    applied_.by_fixed[c] = to_force * by_fixed;
-    applied_.by_mobile[c] = to_force * by_mobile;
+  for (Mobile& sphere : mobile_) {
+    std::copy_n(sphere.given.linear.data(), 3, sphere.share.applied.begin());
+    std::copy_n(sphere.given.angular.data(), 3, sphere.share.applied_moment.begin());
+    applied_.by_mobile += to_impulse / stage_step * sphere.given.linear;
   }
 }
 

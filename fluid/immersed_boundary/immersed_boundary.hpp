@@ -16,6 +16,7 @@
 #include "fluid/grid/sphere.hpp"
 #include "fluid/grid/sphere_bins.hpp"
 #include "fluid/immersed_boundary/dispersion_correction.hpp"
+#include "fluid/immersed_boundary/fluid_change.hpp"
 #include "fluid/immersed_boundary/interior.hpp"
 #include "fluid/immersed_boundary/marker_halo.hpp"
 #include "fluid/immersed_boundary/marker_layout.hpp"
@@ -169,9 +170,8 @@ class ImmersedBoundary {
     SphereMemory memory;
     /// Of the markers, in cells, by component and place in the layout; on every rank that is near.
     std::array<std::vector<Real>, 3> volumes;
-    Share share;                         ///< this rank's
-    CoreChange core;                     ///< in this block, by the last forcing
-    Vec3 carried_moment = Vec3::Zero();  ///< on the fluid by dispersion_, as share.applied_moment
+    Share share;        ///< this rank's
+    FluidChange given;  ///< to this block by the last forcing
   };
   /// By rank: indices of the spheres that are near both that rank and this one.
   using Partners = std::map<int, std::vector<int>>;
@@ -203,6 +203,7 @@ class ImmersedBoundary {
   template <class Use>
   SlipSums local_slip(const Field<Real>& velocity, Use use) const;
   SlipSums find_increments(const Field<Real>& velocity);
+  void spread_all(Field<Real>& velocity);
   bool within_tolerance(double local_max) const;
   /// Radius of a sphere's rigid core [L].
   double core_of(double radius) const {
@@ -227,9 +228,9 @@ class ImmersedBoundary {
 
   std::vector<MarkerLayout> layouts_;  ///< one per radius
   std::unordered_map<double, std::size_t> layout_by_radius_;
-  std::vector<SphereState> fixed_;       ///< near this rank's block
-  std::vector<Vec3> fixed_impulse_;      ///< they gave to the fluid since last taken [M L/T]
-  std::vector<CoreChange> fixed_cores_;  ///< of fixed_, in this block, by the last forcing
+  std::vector<SphereState> fixed_;        ///< near this rank's block
+  std::vector<Vec3> fixed_impulse_;       ///< they gave to the fluid since last taken [M L/T]
+  std::vector<FluidChange> fixed_given_;  ///< to this block by the last forcing
   std::uint64_t fixed_fingerprint_ = 0;
   std::vector<Mobile> mobile_;  ///< near this rank's block, ascending tags
   Partners homes_;              ///< where shares go to

@@ -19,7 +19,10 @@ inline double roma_kernel(double r) {
 }
 
 /// phi(d) for |d| <= 1/2.
-inline double roma_middle_weight(double d) { return (1.0 + std::sqrt(1.0 - 3.0 * d * d)) / 3.0; }
+template <class Real>
+Real roma_middle_weight(Real d) {
+  return (Real{1} + std::sqrt(Real{1} - Real{3} * d * d)) * (Real{1} / Real{3});
+}
 
 /// The kernel's weights at the points -1, 0, +1 seen from a marker at `d`, |d| <= 1/2, off the
 /// middle point. The outer two follow from the middle one by the kernel's moments, sum phi = 1 and

@@ -28,18 +28,18 @@ struct MarkerList {
   std::vector<std::int32_t> offset;  ///< index into the sphere's layout
   std::vector<Real> volume;          ///< in cells, see marker_volume.hpp
   std::vector<Real> increment;       ///< velocity times cells handed over in the present loop [L/T]
-  std::vector<Real> applied;         ///< and in all loops of the stage up to this one
 
-  int size() const { return static_cast<int>(stencil.size()); }
-  void clear() {
-    ranges.clear();
-    stencil.clear();
-    offset.clear();
-  }
-  /// Gives the arrays per marker their length, not yet their values.
+  int size() const { return ranges.empty() ? 0 : ranges.back().end; }
+  /// The arrays keep their length to the end of the next finish(), so that what is written anew
+  /// need not be emptied before.
+  void clear() { ranges.clear(); }
+  /// Gives the arrays per marker their length, those of volume and increment not yet their values.
   void finish() {
-    for (std::vector<Real>* values : {&volume, &increment, &applied})
-      values->resize(stencil.size());
+    const auto count = static_cast<std::size_t>(size());
+    stencil.resize(count);
+    offset.resize(count);
+    volume.resize(count);
+    increment.resize(count);
   }
   /// Gives back the memory that a list which stays as it is has to spare.
   void shrink() {
@@ -52,6 +52,7 @@ struct MarkerList {
 /// The markers of one sphere on both kinds of points of each direction: cell centres and faces.
 /// Made once for its three velocity components, each of which takes the faces along its own
 /// direction.
+template <class Real>
 class SphereMarkers {
  public:
   explicit SphereMarkers(const Grid& grid) : grid_(grid) {}
@@ -79,42 +80,46 @@ class SphereMarkers {
 
   /// Appends those markers that this rank handles for `component`, except those for which
   /// skip(position) is true. `sphere` and `layout` are the numbers that the list keeps.
-  template <class Real, class Skip>
+  template <class Skip>
   void append(MarkerList<Real>& list, const Field<Real>& field, const Decomposition& decomposition,
               int component, int sphere, int layout, Skip skip) const {
-    const auto along = [&](int d) -> const AxisWeightArrays& {
+    const auto along = [&](int d) -> const AxisWeightArrays<Real>& {
       return weights_[static_cast<std::size_t>(d)][component == d ? 1 : 0];
     };
-    const AxisWeightArrays &x = along(0), &y = along(1), &z = along(2);
+    const AxisWeightArrays<Real>&x = along(0), &y = along(1), &z = along(2);
     const Real* origin = field.row(0, 0, 0);
     const auto plane = static_cast<std::ptrdiff_t>(field.plane_size());
     const int begin = list.size();
     auto next = static_cast<std::size_t>(begin);
-    list.stencil.resize(next + layout_->offsets.size());
-    list.offset.resize(next + layout_->offsets.size());
+    const std::size_t most = next + layout_->offsets.size();
+    if (most > list.stencil.size()) {
+      list.stencil.resize(most);
+      list.offset.resize(most);
+    }
+    // Most spheres lie wholly in one block.
+    const bool inside = decomposition.holds(y.lowest, z.lowest) &&
+                        decomposition.holds(y.highest, z.highest) && beyond_wall_.empty();
     for (std::size_t m = 0; m < layout_->offsets.size(); ++m) {
-      if (!decomposition.holds(y.nearest[m], z.nearest[m]) ||
-          (!beyond_wall_.empty() && beyond_wall_[m]) || skip(centre_ + layout_->offsets[m]))
+      if (!inside && (!decomposition.holds(y.nearest[m], z.nearest[m]) ||
+                      (!beyond_wall_.empty() && beyond_wall_[m])))
         continue;
+      if (skip(centre_ + layout_->offsets[m])) continue;
       const int row = z.nearest[m] - decomposition.first_row();
       const Real* first = field.row(0, row - 1, component);
       const std::ptrdiff_t place =
           first - origin + x.nearest[m] - 1 + (y.nearest[m] - decomposition.first() - 1) * plane;
-      const auto real = [](double value) { return static_cast<Real>(value); };
       list.stencil[next] = {
           .first = static_cast<std::int32_t>(place),
           .rows = {static_cast<std::int32_t>(field.row(0, row, component) - first),
                    static_cast<std::int32_t>(field.row(0, row + 1, component) - first)},
-          .x = {real(x.lower[m]), real(x.upper[m])},
-          .y = {real(y.lower[m]), real(y.upper[m])},
-          .z = {real(z.lower[m]), real(z.upper[m])}};
+          .x = {x.lower[m], x.upper[m]},
+          .y = {y.lower[m], y.upper[m]},
+          .z = {z.lower[m], z.upper[m]}};
       list.offset[next++] = static_cast<std::int32_t>(m);
     }
-    list.stencil.resize(next);
-    list.offset.resize(next);
-    if (list.size() > begin)
-      list.ranges.push_back(
-          {.sphere = sphere, .layout = layout, .begin = begin, .end = list.size()});
+    const int end = static_cast<int>(next);
+    if (end > begin)
+      list.ranges.push_back({.sphere = sphere, .layout = layout, .begin = begin, .end = end});
   }
 
  private:
@@ -125,8 +130,8 @@ class SphereMarkers {
   const Grid& grid_;
   Vec3 centre_ = Vec3::Zero();
   const MarkerLayout* layout_ = nullptr;
-  std::array<std::array<AxisWeightArrays, 2>, 3> weights_;  ///< by direction: centres, faces
-  std::vector<char> beyond_wall_;                           ///< empty: none is
+  std::array<std::array<AxisWeightArrays<Real>, 2>, 3> weights_;  ///< by direction: centres, faces
+  std::vector<char> beyond_wall_;                                 ///< empty: none is
 };
 
 }  // namespace bedload

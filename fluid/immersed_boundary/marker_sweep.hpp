@@ -7,6 +7,7 @@
 
 #include "fluid/grid/field.hpp"
 #include "fluid/grid/sphere.hpp"
+#include "fluid/immersed_boundary/fluid_change.hpp"
 #include "fluid/immersed_boundary/marker_layout.hpp"
 #include "fluid/immersed_boundary/marker_list.hpp"
 #include "fluid/immersed_boundary/stencil.hpp"
@@ -48,16 +49,26 @@ double for_slips(const MarkerList<Real>& list, const Field<Real>& velocity, int 
   return static_cast<double>(largest);
 }
 
-/// u += J^T increment. Adds up the increments of a stage's loops, of which this may be the first.
-template <class Real>
-void spread_increments(MarkerList<Real>& list, Field<Real>& velocity, bool first_loop) {
+/// u += J^T increment. Adds what the fluid gets to given_of(number of the sphere).
+template <class Real, class GivenOf>
+void spread_increments(const MarkerList<Real>& list, Field<Real>& velocity, int component,
+                       GivenOf given_of, const std::vector<MarkerLayout>& layouts) {
   Real* origin = velocity.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(velocity.plane_size());
-  for (std::size_t m = 0; m < list.stencil.size(); ++m) {
-    if (m + prefetch_ahead < list.stencil.size())
-      prefetch(list.stencil[m + prefetch_ahead], origin);
-    spread(list.stencil[m], list.increment[m], origin, plane);
-    list.applied[m] = (first_loop ? Real{} : list.applied[m]) + list.increment[m];
+  for (const auto& range : list.ranges) {
+    const MarkerLayout& layout = layouts[static_cast<std::size_t>(range.layout)];
+    double sum = 0.0;
+    Vec3 moment = Vec3::Zero();
+    for (int n = range.begin; n < range.end; ++n) {
+      const auto m = static_cast<std::size_t>(n);
+      if (m + prefetch_ahead < list.stencil.size())
+        prefetch(list.stencil[m + prefetch_ahead], origin);
+      spread(list.stencil[m], list.increment[m], origin, plane);
+      const double change = static_cast<double>(list.increment[m]);
+      sum += change;
+      moment += change * layout.offsets[static_cast<std::size_t>(list.offset[m])];
+    }
+    given_of(range.sphere).add(component, sum, moment);
   }
 }
 

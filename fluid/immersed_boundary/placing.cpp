@@ -79,7 +79,7 @@ void ImmersedBoundary<Real>::place_fixed() {
   halo_.keep();
   fixed_impulse_.assign(fixed_.size(), Vec3::Zero());
   for (MarkerList<Real>& list : fixed_lists_) list.clear();
-  SphereMarkers markers(grid_);
+  SphereMarkers<Real> markers(grid_);
   for (std::size_t n = 0; n < fixed_.size(); ++n) {
     const SphereState& sphere = fixed_[n];
     std::vector<const SphereState*> overlapping;
@@ -153,7 +153,7 @@ void ImmersedBoundary<Real>::place_mobile(bool weighed) {
   for (MarkerList<Real>& list : mobile_lists_) list.clear();
   interior_.clear();
   dispersion_.clear();
-  SphereMarkers markers(grid_);
+  SphereMarkers<Real> markers(grid_);
   std::optional<SphereBins> bins;
   if (weighed) bins.emplace(mobile_bins());
   const auto nothing = [](const Vec3&) { return false; };

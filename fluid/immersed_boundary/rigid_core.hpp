@@ -6,6 +6,7 @@
 #include "fluid/grid/field.hpp"
 #include "fluid/grid/grid.hpp"
 #include "fluid/grid/sphere.hpp"
+#include "fluid/immersed_boundary/fluid_change.hpp"
 #include "fluid/immersed_boundary/points_along.hpp"
 
 namespace bedload {
@@ -19,11 +20,6 @@ inline double core_radius(double radius_in_cells) {
   return std::max(radius_in_cells - core_depth, 0.0);
 }
 
-/// What the cells of a core have got, velocity times cells, and its moment about the centre [L].
-struct CoreChange {
-  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
-};
-
 /// The fluid in a sphere's core gets the sphere's motion, u = U + omega x r at r from the centre.
 ///
 /// Markers hold the fluid on average over their kernel only. What is free to circulate inside leaks
@@ -31,9 +27,9 @@ struct CoreChange {
 ///
 /// @param radius of the core [L]  @return what this block's cells have got
 template <class Real>
-CoreChange carry_core(Field<Real>& velocity, const Grid& grid, const Decomposition& decomposition,
-                      const SphereState& sphere, double radius) {
-  CoreChange sum;
+FluidChange carry_core(Field<Real>& velocity, const Grid& grid, const Decomposition& decomposition,
+                       const SphereState& sphere, double radius) {
+  FluidChange sum;
   for (int c = 0; c < 3; ++c) {
     const int a = (c + 1) % 3, b = (c + 2) % 3;
     Vec3 slope = Vec3::Zero();  // (omega x r)_c = omega_a r_b - omega_b r_a
@@ -50,10 +46,7 @@ CoreChange carry_core(Field<Real>& velocity, const Grid& grid, const Decompositi
         change += more;
         x_change += x * more;
       }
-      const Vec3 moment = change * r + Vec3(x_change, 0.0, 0.0);  // sum of r f_c
-      sum.linear[c] += change;
-      sum.angular[a] += moment[b];
-      sum.angular[b] -= moment[a];
+      sum.add(c, change, change * r + Vec3(x_change, 0.0, 0.0));
     };
     const auto along = [&](int d) { return stencil_axis(grid, c, d); };
     for_runs_within({along(0), along(1), along(2)}, decomposition, sphere.position, radius, carry);

@@ -10,6 +10,7 @@
 #include "fluid/grid/field.hpp"
 #include "fluid/grid/grid.hpp"
 #include "fluid/immersed_boundary/kernel.hpp"
+#include "fluid/kernels/independent_loop.hpp"
 #include "fluid/kernels/simd.hpp"
 
 namespace bedload {
@@ -75,27 +76,41 @@ inline AxisWeights axis_weights(const StencilAxis& axis, double position) {
 }
 
 /// The same for many markers, as arrays. The weight of the nearest point is 1 less the other two.
+template <class Real>
 struct AxisWeightArrays {
   std::vector<std::int32_t> nearest;
-  std::vector<double> lower, upper;  ///< weights of the points nearest-1 and nearest+1
+  std::vector<Real> lower, upper;        ///< weights of the points nearest-1 and nearest+1
+  std::int32_t lowest = 0, highest = 0;  ///< of the nearest points
 };
 
 /// axis_weights() of markers at `centre` + offsets[m] [L], the centre inside the box.
-inline void find_weights(const StencilAxis& axis, double centre, const std::vector<double>& offsets,
-                         AxisWeightArrays& out) {
+template <class Real>
+void find_weights(const StencilAxis& axis, double centre, const std::vector<double>& offsets,
+                  AxisWeightArrays<Real>& out) {
   const std::size_t count = offsets.size();
   out.nearest.resize(count);
   out.lower.resize(count);
   out.upper.resize(count);
   const double shift = (centre - axis.origin) / axis.h, scale = 1.0 / axis.h;
-  const std::int32_t period = axis.highest - axis.lowest + 1;
+  BEDLOAD_INDEPENDENT_LOOP
   for (std::size_t m = 0; m < count; ++m) {
-    const double q = shift + scale * offsets[m], nearest = std::floor(q + 0.5), d = q - nearest;
-    const double outer = 1.0 - roma_middle_weight(d);
-    out.lower[m] = 0.5 * (outer - d);
-    out.upper[m] = 0.5 * (outer + d);
+    const double q = shift + scale * offsets[m], nearest = std::floor(q + 0.5);
+    const Real d = static_cast<Real>(q - nearest), outer = Real{1} - roma_middle_weight(d);
+    out.lower[m] = Real{0.5} * (outer - d);
+    out.upper[m] = Real{0.5} * (outer + d);
     out.nearest[m] = static_cast<std::int32_t>(nearest);
   }
+  const auto find_ends = [&out] {
+    std::int32_t lowest = out.nearest.front(), highest = lowest;
+    for (const std::int32_t nearest : out.nearest) {
+      lowest = std::min(lowest, nearest);
+      highest = std::max(highest, nearest);
+    }
+    out.lowest = lowest, out.highest = highest;
+  };
+  find_ends();
+  if (out.lowest > axis.lowest && out.highest < axis.highest) return;
+  const std::int32_t period = axis.highest - axis.lowest + 1;
   for (std::size_t m = 0; m < count; ++m) {
     std::int32_t& nearest = out.nearest[m];
     if (axis.periodic) {
@@ -104,10 +119,11 @@ inline void find_weights(const StencilAxis& axis, double centre, const std::vect
     } else if (nearest <= axis.lowest || nearest >= axis.highest) {
       const AxisWeights at_wall = axis_weights(axis, centre + offsets[m]);
       nearest = at_wall.nearest;
-      out.lower[m] = at_wall.weight[0];
-      out.upper[m] = at_wall.weight[2];
+      out.lower[m] = static_cast<Real>(at_wall.weight[0]);
+      out.upper[m] = static_cast<Real>(at_wall.weight[2]);
     }
   }
+  find_ends();
 }
 
 /// Where one marker meets one velocity component: the outer two of three weights per direction (the

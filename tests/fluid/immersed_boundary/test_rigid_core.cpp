@@ -46,11 +46,11 @@ Vec3 from_centre(const Grid& grid, int c, const std::array<int, 3>& cell, const 
 
 /// Carries one core through a field of `unlike` and compares all values of this block. The change
 /// that is told, summed over the ranks, comes back.
-CoreChange check_core(const Grid& grid, const SphereState& sphere, int z_parts) {
+FluidChange check_core(const Grid& grid, const SphereState& sphere, int z_parts) {
   const Decomposition decomposition(grid, MPI_COMM_WORLD,
                                     even_cuts(grid, size_of(MPI_COMM_WORLD), z_parts));
   Field<double> velocity(grid, decomposition.extent(), 3);
-  CoreChange expected;
+  FluidChange expected;
   int inside = 0;
   const auto each = [&](auto use) {
     for (int c = 0; c < 3; ++c)
@@ -65,7 +65,7 @@ CoreChange check_core(const Grid& grid, const SphereState& sphere, int z_parts) 
           }
   };
   each([](int, double& u, double before, bool, const Vec3&) { u = before; });
-  CoreChange told = carry_core(velocity, grid, decomposition, sphere, radius);
+  FluidChange told = carry_core(velocity, grid, decomposition, sphere, radius);
   each([&](int c, double u, double before, bool wall, const Vec3& r) {
     if (r.norm() > radius || wall) {
       EXPECT_EQ(u, before);
@@ -97,7 +97,7 @@ SphereState turning(const Vec3& position) {
 TEST(Forcing, ACoreMovesAsItsSphereOnAnyRanks) {
   const Vec3 places[]{{1.2313, 1.0417, 0.7729}, {2.3623, 1.9631, 0.0519}, {0.0427, 0.0713, 1.5811}};
   for (const Vec3& place : places) {
-    const CoreChange told = check_core(box(Wall::periodic), turning(place), 1);
+    const FluidChange told = check_core(box(Wall::periodic), turning(place), 1);
     EXPECT_GT(told.linear.norm(), 1000.0);
     for (const int z_parts : splits(size_of(MPI_COMM_WORLD)))
       EXPECT_NEAR(
