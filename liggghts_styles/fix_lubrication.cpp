@@ -331,10 +331,10 @@ void FixLubrication::solve_together() {
   for (const Film& film : films_)
     system_.add(film.i, film.j, film.normal, inverse_mass(film.i),
                 film.j < 0 ? 0.0 : inverse_mass(film.j), film.compliance, film.force, film.share);
-  films_somewhere_ = system_.solve(
-      tolerance, most_iterations,
-      {.refresh = [this] { send(Sending::film_accelerations); },
-       .sum = [this](std::span<double> numbers) { sum_over_ranks(numbers); }});
+  films_somewhere_ =
+      system_.solve(tolerance, most_iterations,
+                    {.refresh = [this] { send(Sending::film_accelerations); },
+                     .sum = [this](std::span<double> numbers) { sum_over_ranks(numbers); }});
   for (std::size_t k = 0; k < films_.size(); ++k) films_[k].force = system_.force(k);
 }
 
@@ -443,10 +443,14 @@ void FixLubrication::setup(int) {
 /// What send() is about, of one sphere.
 FixLubrication::Vector FixLubrication::sent(int i) const {
   switch (sending_) {
-    case Sending::rates: return {rates_[i]};
-    case Sending::loads: return loads_[i];
-    case Sending::film_accelerations: return system_.acceleration(i);
-    case Sending::accelerations: break;
+    case Sending::rates:
+      return {rates_[i]};
+    case Sending::loads:
+      return loads_[i];
+    case Sending::film_accelerations:
+      return system_.acceleration(i);
+    case Sending::accelerations:
+      break;
   }
   return accelerations_[i];
 }

@@ -185,7 +185,8 @@ def erosion_long(runner: Runner) -> Result:
     over_fluid = values / fluxes(s)[0]
     fifths = fifths_of(time, over_fluid)
     result.rows += [
-        Row(f"flux of grains over fluid, t = {n * FIFTH:g} to {(n + 1) * FIFTH:g}", mean) for n, mean in enumerate(fifths)
+        Row(f"flux of grains over fluid, t = {n * FIFTH:g} to {(n + 1) * FIFTH:g}", mean)
+        for n, mean in enumerate(fifths)
     ]
     result.rows.append(Row("flux of grains, last fifth of the time over the fourth", fifths[4] / fifths[3], 1.0,
                            source="steady"))  # fmt: skip
