@@ -239,8 +239,8 @@ def test_a_run_ends_with_its_slip_and_what_each_effect_cost(tmp_path):
     parts = ("immersed boundary", "moving boundary", "interior term", "extra forcing loops")
     assert all(share[name] > 0.0 for name in parts)
     markers = float(re.search(r"^markers .* (\d+\.\d)%", result.output, re.MULTILINE)[1])
-    # A tenth more: steps of milliseconds each, two clocks inside one another. Sixty of them, as the first placing, before
-    # the first step, is not in the markers' time.
+    # A tenth more: steps of milliseconds each, two clocks inside one another. Sixty of them, as the first placing,
+    # before the first step, is not in the markers' time.
     assert 0.5 * markers < sum(share[name] for name in parts) < 1.1 * markers + 0.5
     assert share["grain motion"] > 0.0
 
