@@ -58,10 +58,11 @@ def test_fixed_spheres_start_no_liggghts(tmp_path):
 def test_grains_that_never_meet_have_no_films():
     off, never = (step(lambda n, film=film: effects.grains(n, film), 1, 100) for film in (True, False))
     assert off == never
-    # Half a diameter lies between them on the mean: with that range there are films, and they are seen: their arrays
-    # take half a megabyte and more, once, as they keep their length from step to step.
+
     def allocated(line):
         return effects.total(effects.counted(line, 1), "bytes")
 
+    # Half a diameter lies between them on the mean: with that range there are films, and they are seen: their arrays
+    # take half a megabyte and more, once, as they keep their length from step to step.
     never = allocated(effects.grains(100, False))
     assert allocated([*effects.grains(100, True), "-var", "range", "0.6"]) > never + 500_000
