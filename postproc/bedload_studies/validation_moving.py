@@ -12,6 +12,10 @@ from bedload_post.outputs import Run
 from .sphere_theory import square_duct_drag
 from .validation_runs import REFERENCE, Curve, Result, Row, Runner
 
+# Widths of the boxes of falling spheres, in diameters: a sphere fills 2.8 % of the narrow one's cross-section
+# and 0.7 % of the wide one's.
+NARROW, WIDE = 16.0 / 3.0, 32.0 / 3.0
+
 
 def _motion(run: Run, tag: int = 1) -> dict[str, np.ndarray]:
     """Samples of one sphere by column."""
@@ -35,7 +39,7 @@ def _thin(x: np.ndarray, y: np.ndarray, most: int = 150) -> tuple[list[float], l
 
 def _settle(
     runner: Runner, label: str, galileo: float, density: float, stream: float, n: int,
-    end: float, width: float = 16.0 / 3.0, step: float | None = None, **more,
+    end: float, width: float = NARROW, step: float | None = None, **more,
 ) -> tuple[Run, np.ndarray, np.ndarray]:  # fmt: skip
     """One settling sphere; time and its velocity relative to the stream, downwards."""
     gravity = 1.0 / (density - 1.0)
@@ -74,9 +78,8 @@ def uhlmann(runner: Runner) -> Result:
         "The boxes are periodic to the sides. A narrow one holds the sphere up: it fills 2.8 % of a cross-section "
         "that is 5.3 D wide, and 0.7 % of one of 10.7 D."
     )
-    narrow, wide = 16.0 / 3.0, 32.0 / 3.0
-    for n, width, bound in ((10, narrow, None), (15, narrow, 0.03), (10, wide, 0.01)):
-        label = f"uhlmann-{n}" + ("-wide" if width == wide else "")
+    for n, width, bound in ((10, NARROW, None), (15, NARROW, 0.03), (10, WIDE, 0.01)):
+        label = f"uhlmann-{n}" + ("-wide" if width == WIDE else "")
         run, time, u = _settle(runner, label, 144.0, 1.5, reference, n, 25.0, width)
         name = f"D/h = {n}, box {width:.1f} D wide"
         result.rows.append(Row(f"terminal velocity, {name} ({_slip(run)})", float(u[-1]),
@@ -107,13 +110,13 @@ def crossing(runner: Runner) -> Result:
 
 
 def _long_fall(runner: Runner, label: str, galileo: float, density: float, stream: float, n: int,
-               end: float) -> dict[str, np.ndarray]:  # fmt: skip
+               end: float, width: float = NARROW) -> dict[str, np.ndarray]:  # fmt: skip
     """A sphere that settles into its way over a long time; `down` and `across` are velocities in u_g.
 
-    The stream is about as fast as the sphere falls, so that this stays far from the inflow behind the fringe.
+    The box is `width` diameters wide and as deep. The stream is about as fast as the sphere falls, so that this stays far from the inflow behind the fringe.
     """
     gravity, length = 1.0 / (density - 1.0), 20.0
-    cells = round(16.0 / 3.0 * n)
+    cells = round(width * n)
     run = runner("settling", label, {
         "fluid.kinematic_viscosity": 1.0 / galileo, "fluid.gravity": [-gravity, 0.0, 0.0],
         "grid.cells": [round(length * n), cells, cells], "grid.length": [length, cells / n, cells / n],
@@ -129,10 +132,12 @@ def _long_fall(runner: Runner, label: str, galileo: float, density: float, strea
             "across": np.hypot(velocity[:, 1], velocity[:, 2]), "spin": motion["angular_velocity"]}  # fmt: skip
 
 
-def _oblique(result: Result, runner: Runner, n: int, bound: float | None, sideways: float | None) -> Result:
-    """Rows and curves of the fall at Ga 178.46 with D/h = n."""
+def _oblique(result: Result, runner: Runner, n: int, bound: float | None, sideways: float | None,
+             width: float = NARROW) -> Result:  # fmt: skip
+    """Rows and curves of the fall at Ga 178.46 with D/h = n in a box `width` diameters wide."""
     end, late_from = 120.0, 100.0
-    fall = _long_fall(runner, f"oblique-{n}", 178.46, 1.5, 1.356, n, end)
+    label = f"oblique-{n}" + ("-wide" if width == WIDE else "")
+    fall = _long_fall(runner, label, 178.46, 1.5, 1.356, n, end, width)
     late = fall["time"] > late_from
     spin = float(np.linalg.norm(fall["spin"][late].mean(axis=0)))
     mean = f"mean over t = {late_from:g} to {end:g}"
@@ -159,14 +164,33 @@ def oblique24(runner: Runner) -> Result:
     return _oblique(result, runner, 24, 0.015, 0.15)
 
 
+def oblique_wide(runner: Runner) -> Result:
+    """The fall of `oblique` at D/h = 15 in a box twice as wide (most of an hour): what is left of the box's hold."""
+    title = f"Free fall, Ga = 178.46, density ratio 1.5, box {WIDE:.1f} D wide"
+    return _oblique(Result(title, axes=("t u_g / D", "u / u_g")), runner, 15, 0.025, 0.4, WIDE)
+
+
 def mordant15(runner: Runner) -> Result:
     """Free fall of a larger glass bead, Ga 255 (Mordant & Pinton 2000, case 2), where the wake sheds vortices."""
-    result = Result("Free fall, Ga = 255.35: a glass bead of 1.5 mm in water", axes=("t u_g / D", "u / u_g"))
+    return _mordant15(runner, NARROW)
+
+
+def mordant15_wide(runner: Runner) -> Result:
+    """The fall of `mordant15` in a box twice as wide (most of an hour)."""
+    return _mordant15(runner, WIDE)
+
+
+def _mordant15(runner: Runner, width: float) -> Result:
+    """The fall of a glass bead of 1.5 mm in a box `width` diameters wide."""
+    box = "" if width == NARROW else f", box {width:.1f} D wide"
+    result = Result(f"Free fall, Ga = 255.35: a glass bead of 1.5 mm in water{box}",
+                    axes=("t u_g / D", "u / u_g"))  # fmt: skip
     diameter, ratio = 1.5e-3, 2.56
     u_g = math.sqrt((ratio - 1.0) * 9.81 * diameter)
     measured, end, late_from, n = 0.218 / u_g, 100.0, 30.0, 15
     # Faster than the reference falls: so fast is the sphere found, and it stays where it is in the box.
-    fall = _long_fall(runner, f"mordant15-{n}", 255.35, ratio, 1.5, n, end)
+    label = f"mordant15-{n}" + ("-wide" if width == WIDE else "")
+    fall = _long_fall(runner, label, 255.35, ratio, 1.5, n, end, width)
     late = fall["time"] > late_from
     result.rows.append(Row(f"vertical velocity, D/h = {n}, mean over t = {late_from:g} to {end:g} (from "
                            f"{fall['down'][late].min():.3f} to {fall['down'][late].max():.3f})",
@@ -645,7 +669,8 @@ def kissing(runner: Runner) -> Result:
 
 
 CASES = {
-    "crossing": crossing, "uhlmann": uhlmann, "oblique": oblique, "oblique24": oblique24, "mordant15": mordant15,
+    "crossing": crossing, "uhlmann": uhlmann, "oblique": oblique, "oblique24": oblique24,
+    "oblique_wide": oblique_wide, "mordant15": mordant15, "mordant15_wide": mordant15_wide,
     "choices": choices, "mordant": mordant, "light": light, "box": box, "rebound": rebound,
     "rebound27": rebound27, "wet_restitution": wet_restitution, "kissing": kissing,
 }  # fmt: skip
