@@ -21,7 +21,7 @@ from .machine import compile_jobs
 from .words import say
 
 LARGEST = 300_000  # bytes of a file under version control
-MAY_BE_LARGE = ("inputs/*/developed.h5", "postproc/reports/setup2_small/film.mp4")
+MAY_BE_LARGE = ("inputs/*/developed.h5",)
 CPP = (".cpp", ".hpp", ".c", ".h")
 MOST_TIDIED = 4
 
