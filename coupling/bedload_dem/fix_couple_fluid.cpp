@@ -144,7 +144,8 @@ int FixCoupleFluid::setmask() {
 }
 
 void FixCoupleFluid::init() {
-  if (!run_allowed_)
+  // Other commands (write_restart, delete_atoms overlap, ...) initialise LIGGGHTS and make no step.
+  if (update->whichflag != 0 && !run_allowed_)
     stop_run(
         lmp,
         "fix couple/fluid: 'run' moves the grains without the fluid; use coupled_run, and put a "

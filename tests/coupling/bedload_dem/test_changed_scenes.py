@@ -42,9 +42,14 @@ REFUSED = {
     "set into another": (between("set atom 10 x 2.0 y 1.75 z 1.1"), ["overlap", "at most 0.5"]),
     "inserted too small": (before(SMALL), ["atom 11", "1.6 cells across"]),
     "integrator gone": (between("unfix motion"), ["atom 9 is mobile and has a speed", "nve/sphere"]),
+    "run between": (between("run 1"), ["'run' moves the grains without the fluid", "coupled_run"]),
     "clumps": (before("fix clumps grains multisphere"), ["fix multisphere (id clumps)", "spheres only"]),
     "no integrator": ((MOTION, ""), ["atom 9 is mobile and has a speed", "nve/sphere"]),
 }  # fmt: skip
+
+# Commands that initialise LIGGGHTS and make no step.
+NO_STEP = "write_restart ${out}/grains\nwrite_data ${out}/grains.txt\ndelete_atoms overlap 0.1 grains bed compress no"
+TAKEN = {"commands without a step": ("\ncoupled_run", f"\ncoupled_run steps 1\n{NO_STEP}\ncoupled_run\n{NO_STEP}")}
 
 WARNED = {
     "grains that nothing moves": ((f"{VELOCITY}", "velocity grains set 0 0 0 units box"), (MOTION, "")),
@@ -57,12 +62,18 @@ WARNED = {
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     cases = {case: (change,) for case, (change, _) in REFUSED.items()} | WARNED
+    cases |= {case: (change,) for case, change in TAKEN.items()}
     return changed_jobs(tmp_path_factory.mktemp("changed"), cases, steps=4)
 
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_refused(results, case):
     check_refused(results[case], REFUSED[case][1])
+
+
+@pytest.mark.parametrize("case", TAKEN)
+def test_taken(results, case):
+    assert results[case].status == 0, results[case].output
 
 
 def test_grains_that_nothing_moves_are_warned_of(results):
