@@ -32,6 +32,16 @@ auto& append_flag_of(LAMMPS_NS::Dump& dump);
 
 template struct AppendFlagDoor<&LAMMPS_NS::Dump::append_flag>;
 
+/// Whether a dump has a file of its own for each step.
+template <auto Member>
+struct FilePerStepDoor {
+  friend auto& file_per_step_of(LAMMPS_NS::Dump& dump) { return dump.*Member; }
+};
+
+auto& file_per_step_of(LAMMPS_NS::Dump& dump);
+
+template struct FilePerStepDoor<&LAMMPS_NS::Dump::multifile>;
+
 template <auto Member>
 struct CommandMapDoor {
   friend auto& command_map_of(LAMMPS_NS::Input& input) { return input.*Member; }

@@ -11,12 +11,12 @@
 #include "atom.h"
 #include "comm.h"
 #include "coupling/bedload_dem/fix_couple_fluid.hpp"
+#include "coupling/bedload_dem/restarted_dumps.hpp"
 #include "coupling/bedload_dem/script_rules.hpp"
 #include "coupling/checkpoint/grains_state.hpp"
 #include "coupling/exchange/stages.hpp"
 #include "coupling/job/peer_failure.hpp"
 #include "domain.h"
-#include "dump.h"
 #include "finish.h"
 #include "fluid/checkpoint/checkpoint_store.hpp"
 #include "fluid/settings/errors.hpp"
@@ -24,7 +24,6 @@
 #include "integrate.h"
 #include "lammps.h"
 #include "liggghts_styles/keywords.hpp"
-#include "liggghts_styles/private_access.hpp"
 #include "modify.h"
 #include "neighbor.h"
 #include "output.h"
@@ -39,14 +38,6 @@ std::int64_t read_steps(LAMMPS_NS::LAMMPS* instance, int narg, char** arg) {
   const Arguments given(instance, CoupledRun::help, std::span(arg, static_cast<std::size_t>(narg)));
   return given.has("steps") ? static_cast<std::int64_t>(given.number("steps"))
                             : std::numeric_limits<std::int64_t>::max();
-}
-
-/// Dumps add to what their files hold, and leave out the step that is there already.
-void continue_dumps(LAMMPS_NS::Output& output, std::int64_t step) {
-  for (int n = 0; n < output.ndump; ++n) {
-    detail::append_flag_of(*output.dump[n]) = 1;
-    output.last_dump[n] = step;
-  }
 }
 
 }  // namespace
@@ -147,7 +138,7 @@ void CoupledRun::prepare(FixCoupleFluid& fluid) {
     start->set_clock();  // which the integrator has begun anew
     start->set_up_insertions();
     start->put_back();
-    continue_dumps(*output, update->ntimestep);
+    leave_out_step(*output, update->ntimestep);
     fluid.shake_hands();
   }
   update->integrate->setup();

@@ -14,6 +14,7 @@
 #include "atom.h"
 #include "comm.h"
 #include "coupling/bedload_dem/attach.hpp"
+#include "coupling/bedload_dem/restarted_dumps.hpp"
 #include "coupling/bedload_dem/script_gravity.hpp"
 #include "coupling/bedload_dem/script_rules.hpp"
 #include "coupling/exchange/clock.hpp"
@@ -37,6 +38,7 @@
 #include "liggghts_styles/owned_atom.hpp"
 #include "modify.h"
 #include "neighbor.h"
+#include "output.h"
 #include "pair.h"
 #include "pair_gran.h"
 #include "update.h"
@@ -143,7 +145,9 @@ int FixCoupleFluid::setmask() {
   return POST_INTEGRATE | PRE_NEIGHBOR | POST_FORCE;
 }
 
+// Before LIGGGHTS initialises its dumps, which then open their files.
 void FixCoupleFluid::init() {
+  if (side_->restart_step() >= 0) append_to_dumps(*output);
   // Other commands (write_restart, delete_atoms overlap, ...) initialise LIGGGHTS and make no step.
   if (update->whichflag != 0 && !run_allowed_)
     stop_run(

@@ -1,0 +1,54 @@
+"""Dumps of LIGGGHTS when a run goes on from a checkpoint: what their files hold stays."""
+
+import pytest
+
+from pocket import SCENE, checkpoint, job
+
+SCRIPT = (SCENE / "in.liggghts").read_text()
+DUMPS = """dump one all custom 15 ${out}/one.txt id type x y z
+dump each all custom 15 ${out}/each_*.txt id type x y z
+"""
+# Two coupled runs, and between them a command that initialises LIGGGHTS and with it the dumps.
+SCRIPTS = {
+    "one run": SCRIPT.replace("coupled_run", f"{DUMPS}coupled_run"),
+    "two runs": SCRIPT.replace("coupled_run",
+                               f"{DUMPS}coupled_run steps 2\nwrite_restart ${{out}}/grains\ncoupled_run"),
+}  # fmt: skip
+
+
+def steps_in(file):
+    """LIGGGHTS' steps in a dump, and whether each of them has its ten spheres."""
+    parts = file.read_text().split("ITEM: TIMESTEP\n")[1:]
+    assert all(len(part.splitlines()) == 8 + 10 for part in parts)
+    return [int(part.splitlines()[0]) for part in parts]
+
+
+@pytest.fixture(scope="module", params=SCRIPTS)
+def begun(request, tmp_path_factory):
+    """A script, and the folder of its run of four steps with a checkpoint behind the third."""
+    folder = tmp_path_factory.mktemp("begun")
+    (folder / "in.liggghts").write_text(SCRIPTS[request.param])
+    result = job(folder / "out", "--steps", "4", "--set", "checkpoint.every=0.06", script=folder / "in.liggghts")
+    assert result.status == 0, result.output
+    return folder
+
+
+def test_a_refused_restart_leaves_them_as_they_are(begun):
+    text = (begun / "in.liggghts").read_text().replace("fix             table", "#")
+    (begun / "other.liggghts").write_text(text)
+    before = (begun / "out" / "one.txt").read_bytes()
+    result = job(begun / "out", restart=checkpoint(begun / "out", 4), script=begun / "other.liggghts")
+    assert result.status == 1, result.output
+    assert before and (begun / "out" / "one.txt").read_bytes() == before
+
+
+def test_they_are_added_to(begun):
+    """The step of the checkpoint stands in the first part already; a file of one step holds that one once,
+    though the run before has written it as well."""
+    out = begun / "out"
+    assert steps_in(out / "one.txt") == [0, 15, 30, 45, 60]
+    result = job(out, "--steps", "2", restart=checkpoint(out, 3), script=begun / "in.liggghts")
+    assert result.status == 0, result.output
+    assert steps_in(out / "one.txt") == [0, 15, 30, 45, 60, 60, 75]
+    for step in (0, 15, 30, 45, 60, 75):
+        assert steps_in(out / f"each_{step}.txt") == [step]
