@@ -88,6 +88,7 @@ void CoupledRun::run(int narg, char** arg) {
   moved_ = true;
   for (; steps_left > 0 && make_step(*fluid, steps_left == 1); --steps_left) side.count_steps(1);
 
+  if (!side.stopped()) fluid->check_fixed_during_run();  // else it was looked at in the checkpoint
   conclude();
   fluid->allow_run(false);
 }
@@ -167,6 +168,7 @@ bool CoupledRun::next_stage(FixCoupleFluid& fluid) {
 // sphere's contact forces are added. The run that writes it does the same, so that both go on with
 // the same digits.
 void CoupledRun::write_checkpoint(FixCoupleFluid& fluid) {
+  fluid.check_fixed_during_run();
   fluid.keep_forces();
   modify->setup_pre_exchange();
   update->update_time();  // the steps so far have this length, those of a restart maybe another

@@ -490,8 +490,28 @@ double FixCoupleFluid::largest_radius() const {
   return reduced(largest, MPI_DOUBLE, MPI_MAX, world);
 }
 
+// A fix move, or nve/noforce with a speed, moves spheres that a fix freeze has as well.
+void FixCoupleFluid::check_prescribed() const {
+  for (int n = 0; n < modify->nfix; ++n) {
+    const Fix& fix = *modify->fix[n];
+    const std::string_view their_style(fix.style);
+    const bool moves = their_style == "move", goes_on = their_style == "nve/noforce";
+    if (!moves && !goes_on) continue;
+    const auto moving = lowest_tag([&](int i) {
+      return is_fixed(atom->mask[i]) && (atom->mask[i] & fix.groupbit) != 0 &&
+             (moves || vec3(triple(atom->v[i])).norm() > 0.0);
+    });
+    if (moving)
+      stop_run(lmp, fmt::format("fix couple/fluid: fix {} (id {}) moves atom {}, which is in the "
+                                "group behind 'fixed', and the fluid receives those once; take it "
+                                "out of that group, so that it is mobile, or out of the fix's",
+                                fix.style, fix.id, *moving));
+  }
+}
+
 // A fixed sphere that something moves would leave its markers behind.
 void FixCoupleFluid::check_fixed() const {
+  check_prescribed();
   const Mobility mobility(lmp);
   const auto moving =
       lowest_tag([&](int i) { return is_fixed(atom->mask[i]) && !mobility.held(atom->mask[i]); });
@@ -506,6 +526,15 @@ void FixCoupleFluid::check_fixed() const {
              "fix couple/fluid: the spheres of the group behind 'fixed' are no more those of the "
              "coupled_run before (number, place, speed, size), and the fluid receives them once; "
              "leave them as they are between two coupled_runs");
+}
+
+void FixCoupleFluid::check_fixed_during_run() const {
+  if (fingerprint_of_fixed() != told_fixed_)
+    stop_run(lmp, fmt::format("fix couple/fluid: step {}: the spheres of the group behind 'fixed' "
+                              "have changed during this coupled_run (number, place, speed, size), "
+                              "and the fluid receives them once; take the fix that changes them "
+                              "(move, adapt, say) from the script or those spheres from its group",
+                              side_->steps_made()));
 }
 
 // The same on any ranks and in any order: FNV-1a of each sphere, and their exclusive or.

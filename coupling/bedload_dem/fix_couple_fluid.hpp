@@ -80,6 +80,9 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   /// Ends the job where a mobile sphere is out of the box or moves by more than its radius in a
   /// step, and where box or time step are no more those that the fluid computes with.
   void check_motion() const;
+  /// Ends LIGGGHTS with a sentence where the fixed spheres are no more those that the fluid
+  /// received, though no script line came between. Collective.
+  void check_fixed_during_run() const;
   /// Ends LIGGGHTS with a sentence where the script has made another scene of the one that the
   /// fluid received; nothing before the first coupled_run. Collective.
   void check_scene() const;
@@ -115,6 +118,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   DemSceneInfo collect_scene_info() const;
   void describe_box(DemSceneInfo& scene_info) const;
   void check_box_and_step() const;
+  void check_prescribed() const;
   std::string describe_effects() const;
   /// As fix collision/table counts them; -1: there is none. Collective.
   std::int64_t finished_collisions() const;

@@ -43,6 +43,16 @@ REFUSED = {
     "inserted too small": (before(SMALL), ["atom 11", "1.6 cells across"]),
     "integrator gone": (between("unfix motion"), ["atom 9 is mobile and has a speed", "nve/sphere"]),
     "run between": (between("run 1"), ["'run' moves the grains without the fluid", "coupled_run"]),
+    "bed moved as prescribed": (before("fix drag bed move linear 0.1 0 0 units box"),
+                                ["fix move (id drag) moves atom 1,", "'fixed'", "mobile"]),
+    "bed that goes on": (before("velocity bed set 0.1 0 0 units box\nfix drag bed nve/noforce"),
+                         ["fix nve/noforce (id drag) moves atom 1,", "'fixed'"]),
+    "bed that grows": (before("variable size equal 1-1e-5*step\nfix grow bed adapt 1 atom diameter v_size"),
+                       ["step 4", "'fixed' have changed during this coupled_run", "adapt"]),
+    "bed that grew in the run before": (
+        ("\ncoupled_run", "\nvariable size equal 1-1e-5*step\nfix grow bed adapt 1 atom diameter v_size\n"
+                          "coupled_run steps 2\nunfix grow\ncoupled_run"),
+        ["step 2", "'fixed' have changed during this coupled_run"]),
     "clumps": (before("fix clumps grains multisphere"), ["fix multisphere (id clumps)", "spheres only"]),
     "no integrator": ((MOTION, ""), ["atom 9 is mobile and has a speed", "nve/sphere"]),
 }  # fmt: skip
