@@ -26,6 +26,7 @@
 #include "fix_property_atom.h"
 #include "fluid/kernels/fnv.hpp"
 #include "fluid/settings/errors.hpp"
+#include "fluid/validation/validate.hpp"
 #include "force.h"
 #include "group.h"
 #include "integrate.h"
@@ -183,16 +184,20 @@ void* FixCoupleFluid::extract(const char* name, int& dim) {
 
 // Before LIGGGHTS looks for the rank that a sphere belongs to now, and drops it without a word
 // where there is none.
-void FixCoupleFluid::post_integrate() { check_motion(); }
+void FixCoupleFluid::post_integrate() { check_motion(deepest_in_walls); }
 
-// (|v| + |omega| R) dt <= R: beyond that contacts are missed.
-void FixCoupleFluid::check_motion() const {
+// What the script has placed deeper in a wall than this the fluid refuses.
+void FixCoupleFluid::check_motion() const { check_motion(1.0); }
+
+// (|v| + |omega| R) dt <= R: beyond that contacts are missed. The rule for walls is that of
+// fluid/validation, which looks at spheres when they come or change.
+void FixCoupleFluid::check_motion(double deepest) const {
   check_box_and_step();
   for (int i = 0; i < atom->nlocal; ++i) {
     if (!is_mobile(atom->mask[i])) continue;
     const Vec3 x = vec3(triple(atom->x[i])), v = vec3(triple(atom->v[i]));
     const double speed = v.norm() + vec3(triple(atom->omega[i])).norm() * atom->radius[i];
-    const char* what = nullptr;
+    std::string what;
     if (!(speed * update->dt <= atom->radius[i]))
       what =
           "moves by more than its radius in one step of LIGGGHTS; reduce 'time.step' of fluid.toml";
@@ -200,7 +205,13 @@ void FixCoupleFluid::check_motion() const {
       what =
           "has left the box; put a 'fix wall/gran' where the box ends, or reduce 'time.step' of "
           "fluid.toml";
-    if (what == nullptr) continue;
+    else if (const auto depth = depth_in_walls(x, atom->radius[i]);
+             depth > deepest * atom->radius[i])
+      what = fmt::format(
+          "reaches {:.3g} out of the box, and at most {} of its radius is allowed; put a 'fix "
+          "wall/gran' where the box ends, or reduce 'time.step' of fluid.toml",
+          depth, deepest);
+    if (what.empty()) continue;
     end_job(Program::dem, comm->me,
             fmt::format(
                 "fix couple/fluid: step {}: atom {} at ({:.6g}, {:.6g}, {:.6g}) with velocity "
@@ -234,6 +245,16 @@ bool FixCoupleFluid::is_inside(const Vec3& position) const {
         !(position[d] >= domain->boxlo[d] && position[d] <= domain->boxhi[d]))
       return false;
   return true;
+}
+
+double FixCoupleFluid::depth_in_walls(const Vec3& position, double radius) const {
+  double depth = -std::numeric_limits<double>::infinity();
+  for (int d = 0; d < 3; ++d) {
+    if (domain->periodicity[d] != 0) continue;
+    const double way = std::min(position[d] - domain->boxlo[d], domain->boxhi[d] - position[d]);
+    depth = std::max(depth, radius - way);
+  }
+  return depth;
 }
 
 // f_i += F_i, torque_i += T_i, and the impulse that this gives to the spheres of this rank:
@@ -434,7 +455,7 @@ void FixCoupleFluid::renew_motion() {
 void FixCoupleFluid::send_motion(bool changes_follow) {
   must_send_motion_ = changes_follow;
   done_.renewed = changes_follow ? 1 : 0;
-  check_motion();
+  check_motion(deepest_in_walls);
   // Once per step: behind the first sub-steps.
   if (done_.stage == 0 || !DemSteps{side_->scene_info().dem_steps}.exchange_in(0))
     collisions_ = finished_collisions();

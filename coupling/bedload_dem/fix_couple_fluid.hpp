@@ -118,6 +118,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   DemSceneInfo collect_scene_info() const;
   void describe_box(DemSceneInfo& scene_info) const;
   void check_box_and_step() const;
+  void check_motion(double deepest) const;  ///< `deepest`: in walls, in radii
   void check_prescribed() const;
   std::string describe_effects() const;
   /// As fix collision/table counts them; -1: there is none. Collective.
@@ -129,6 +130,9 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   template <class Condition>
   std::optional<int> lowest_tag(Condition holds) const;
   bool is_inside(const Vec3& position) const;
+  /// How far a sphere is beyond the nearest end of the box that is not periodic [L]; below 0:
+  /// within.
+  double depth_in_walls(const Vec3& position, double radius) const;
 
   DemSide* side_;
   int fixed_bit_ = 0;

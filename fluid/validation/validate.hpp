@@ -14,6 +14,9 @@ namespace bedload {
 /// Fewer cells to a diameter, and markers and their supports fill the whole sphere.
 inline constexpr double least_cells_per_diameter = 4.0;
 
+/// How deep a mobile sphere may be in a wall, in its radii.
+inline constexpr double deepest_in_walls = 0.5;
+
 /// The rules that no single key can tell: keys against each other, numbers that are allowed one by
 /// one and make a run that no machine can do, and the limits of the time step. Throws UserError.
 void validate(const Settings& settings);

@@ -11,7 +11,7 @@ namespace bedload {
 namespace {
 
 /// Deepest overlap at the start, in radii of the smaller sphere.
-constexpr double deepest = 0.5;
+constexpr double deepest = deepest_in_walls;
 /// Density over the fluid's of the lightest mobile sphere that the scheme carries. A lighter one is
 /// moved by its added mass more than by its own: the exchange of force and motion is unstable
 /// (./bedload study stability --case density_ratio, --case density_ratio_step).

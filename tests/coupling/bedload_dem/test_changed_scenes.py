@@ -53,6 +53,8 @@ REFUSED = {
         ("\ncoupled_run", "\nvariable size equal 1-1e-5*step\nfix grow bed adapt 1 atom diameter v_size\n"
                           "coupled_run steps 2\nunfix grow\ncoupled_run"),
         ["step 2", "'fixed' have changed during this coupled_run"]),
+    "out through the surface": ((VELOCITY, "set atom 10 y 2.7\nvelocity grains set 0 2 0 units box"),
+                                ["atom 10", "out of the box", "0.5 of its radius", "wall/gran"]),
     "clumps": (before("fix clumps grains multisphere"), ["fix multisphere (id clumps)", "spheres only"]),
     "no integrator": ((MOTION, ""), ["atom 9 is mobile and has a speed", "nve/sphere"]),
 }  # fmt: skip
