@@ -33,6 +33,9 @@
 namespace bedload {
 namespace {
 
+/// LIGGGHTS counts no further.
+constexpr std::int64_t most_dem_steps = std::numeric_limits<int>::max();
+
 /// Number behind `steps`; without the keyword more steps than anybody makes.
 std::int64_t read_steps(LAMMPS_NS::LAMMPS* instance, int narg, char** arg) {
   const Arguments given(instance, CoupledRun::help, std::span(arg, static_cast<std::size_t>(narg)));
@@ -83,7 +86,7 @@ void CoupledRun::run(int narg, char** arg) {
   fluid->check_fixed();
   warn_without_walls(lmp, fluid->names_fixed());
   warn_without_spin(lmp);
-  prepare(*fluid);
+  prepare(*fluid, std::max<std::int64_t>(0, behind), most_steps);
 
   moved_ = true;
   for (; steps_left > 0 && make_step(*fluid, steps_left == 1); --steps_left) side.count_steps(1);
@@ -116,7 +119,8 @@ bool CoupledRun::make_step(FixCoupleFluid& fluid, bool last) {
 
 // The beginning of LIGGGHTS' own `run`, with an end that is out of reach: it is not known yet how
 // many steps the fluid will make.
-void CoupledRun::prepare(FixCoupleFluid& fluid) {
+// `behind`: fluid steps of this coupled_run that the run before has made.
+void CoupledRun::prepare(FixCoupleFluid& fluid, std::int64_t behind, std::int64_t most_steps) {
   std::optional<GrainsState> start;
   if (!fluid.side().introduced() && fluid.side().restart_step() >= 0) {
     const std::string& file = fluid.side().restart_file();
@@ -132,8 +136,9 @@ void CoupledRun::prepare(FixCoupleFluid& fluid) {
   if (force->pair == nullptr) atom->sortfreq = 0;
   update->whichflag = 1;
   update->nsteps = std::numeric_limits<int>::max();
-  update->firststep = update->beginstep = update->ntimestep;
-  update->laststep = update->endstep = update->firststep + update->nsteps;
+  update->firststep = update->ntimestep;
+  update->laststep = update->firststep + update->nsteps;
+  set_span(fluid.side(), behind, most_steps);
   lmp->init();
   if (start) {
     start->set_clock();  // which the integrator has begun anew
@@ -147,6 +152,18 @@ void CoupledRun::prepare(FixCoupleFluid& fluid) {
   fluid.renew_motion();
   timer->init();
   timer->barrier_start(TIME_LOOP);
+}
+
+// Over which steps `ramp()` and fixes that change something from the begin to the end of a run do
+// so: where the end is not known, one that is out of reach.
+void CoupledRun::set_span(DemSide& side, std::int64_t behind, std::int64_t most_steps) {
+  const int per_step = DemSteps{side.scene_info().dem_steps}.per_step();
+  const std::int64_t end_step = side.scene_info().end_step, before = side.steps_made() - behind;
+  std::int64_t steps = most_steps;
+  if (end_step >= 0) steps = std::min(steps, end_step - before);
+  update->beginstep = update->firststep - behind * per_step;
+  span_known_ = steps > 0 && steps < most_dem_steps / per_step;
+  update->endstep = span_known_ ? update->beginstep + steps * per_step : update->laststep;
 }
 
 // Waits for the next stage, and writes checkpoints in the meantime; false: the run is over.
@@ -199,7 +216,8 @@ void CoupledRun::rebuild_lists() {
 
 // The fluid makes no step after this one: thermo prints a last line.
 void CoupledRun::announce_last_step(int dem_steps) {
-  update->laststep = update->endstep = update->ntimestep + dem_steps;
+  update->laststep = update->ntimestep + dem_steps;
+  if (!span_known_) update->endstep = update->laststep;
   output->next_thermo = std::min(output->next_thermo, update->laststep);
   output->next = std::min(output->next, output->next_thermo);
   modify->addstep_compute_all(output->next_thermo);

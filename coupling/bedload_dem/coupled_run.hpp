@@ -1,10 +1,13 @@
 #pragma once
 
+#include <cstdint>
+
 #include "liggghts_styles/keywords.hpp"
 #include "pointers.h"
 
 namespace bedload {
 
+class DemSide;
 class FixCoupleFluid;
 
 /// coupled_run [steps N]
@@ -29,7 +32,8 @@ class CoupledRun : protected LAMMPS_NS::Pointers {
 
  private:
   void run(int narg, char** arg);
-  void prepare(FixCoupleFluid& fluid);
+  void prepare(FixCoupleFluid& fluid, std::int64_t behind, std::int64_t most_steps);
+  void set_span(DemSide& side, std::int64_t behind, std::int64_t most_steps);
   bool make_step(FixCoupleFluid& fluid, bool last);
   bool next_stage(FixCoupleFluid& fluid);
   void write_checkpoint(FixCoupleFluid& fluid);
@@ -37,7 +41,8 @@ class CoupledRun : protected LAMMPS_NS::Pointers {
   void announce_last_step(int dem_steps);
   void conclude();
 
-  bool moved_ = true;  ///< atoms may have changed rank since the last motion was sent
+  bool span_known_ = false;  ///< the step at which this run ends
+  bool moved_ = true;        ///< atoms may have changed rank since the last motion was sent
 };
 
 }  // namespace bedload

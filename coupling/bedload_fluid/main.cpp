@@ -36,6 +36,11 @@
 namespace bedload {
 namespace {
 
+/// Steps of the length `step` that a time takes; one that is over by round-off is none.
+std::int64_t steps_in(double time, double step) {
+  return std::max<std::int64_t>(0, static_cast<std::int64_t>(std::ceil(time / step - 1e-6)));
+}
+
 FluidSceneInfo scene_info_of(const Settings& s, const Resumption* from) {
   FluidSceneInfo scene_info{};
   scene_info.length = s.grid.length;
@@ -48,6 +53,9 @@ FluidSceneInfo scene_info_of(const Settings& s, const Resumption* from) {
   scene_info.kinematic_viscosity = s.fluid.kinematic_viscosity;
   scene_info.time_step = from && s.time.cfl > 0.0 ? from->time_step() : s.time.step;
   scene_info.restart_step = from ? from->header.step : -1;
+  const double time_left = s.time.end - (from ? from->header.time : 0.0);
+  if (s.time.cfl == 0.0 && time_left / s.time.step <= most_steps)
+    scene_info.end_step = (from ? from->header.step : 0) + steps_in(time_left, s.time.step);
   scene_info.cell_size = s.grid.length[0] / s.grid.cells[0];
   return scene_info;
 }
@@ -121,8 +129,8 @@ std::int64_t count_steps(const Channel<Real>& channel, std::int64_t most) {
                     channel.settings().file, channel.step(), channel.time(), channel.time_step(),
                     left / channel.time_step(), channel.settings().time.end, most_steps,
                     channel.settings().time.cfl));
-  const auto steps = static_cast<std::int64_t>(std::ceil(left / channel.time_step() - 1e-6));
-  return std::max<std::int64_t>(0, most < 0 ? steps : std::min(steps, most));
+  const std::int64_t steps = steps_in(left, channel.time_step());
+  return most < 0 ? steps : std::min(steps, most);
 }
 
 /// What both programs did in the last step: program,part,start,end in seconds since its begin.

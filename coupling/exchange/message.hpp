@@ -16,7 +16,7 @@
 namespace bedload {
 
 /// Raised whenever a record below, or who sends it when, changes.
-inline constexpr std::int32_t protocol_number = 9;
+inline constexpr std::int32_t protocol_number = 10;
 
 using Triple = std::array<double, 3>;
 using Bytes = std::vector<std::byte>;
@@ -77,6 +77,7 @@ struct FluidSceneInfo {
   double time_step;                       ///< [T]
   double cell_size;                       ///< [L]
   std::int64_t restart_step = -1;  ///< fluid steps made when the checkpoint was written; -1: none
+  std::int64_t end_step = -1;  ///< steps at the fluid's end of time; -1: the step's length varies
 };
 
 /// How the fluid has divided the box, as soon as it knows: followed by the first planes of the
@@ -126,8 +127,8 @@ constexpr std::uint64_t layout_fingerprint() {
         offsetof(LoadHeader, fluid_time_step), sizeof(MotionHeader), offsetof(MotionHeader, lost),
         offsetof(MotionHeader, collisions), offsetof(MotionHeader, renewed), sizeof(FluidSceneInfo),
         offsetof(FluidSceneInfo, gravity), offsetof(FluidSceneInfo, restart_step),
-        sizeof(DemSceneInfo), offsetof(DemSceneInfo, gravity), offsetof(DemSceneInfo, mobile),
-        offsetof(DemSceneInfo, viscosity)})
+        offsetof(FluidSceneInfo, end_step), sizeof(DemSceneInfo), offsetof(DemSceneInfo, gravity),
+        offsetof(DemSceneInfo, mobile), offsetof(DemSceneInfo, viscosity)})
     hash = fnv_mixed(hash, number);
   return hash;
 }

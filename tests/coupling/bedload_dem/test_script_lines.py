@@ -62,6 +62,36 @@ def test_prescribed_motion_wants_one_time_step(tmp_path):
     assert "fix move (motion) knows one time step only" in result.output
 
 
+RAMP = 'variable share equal ramp(0,1)\nfix share all print 15 "${share}" file ${out}/share.txt screen no title t\n'
+
+
+@pytest.mark.parametrize(
+    ("runs", "options", "shares"),
+    [
+        ("coupled_run", (), [0.2, 0.4, 0.6, 0.8, 1.0]),
+        ("coupled_run steps 2\ncoupled_run", (), [0.5, 1.0, 1 / 3, 2 / 3, 1.0]),
+        ("coupled_run steps 2\nunfix share\ncoupled_run", ("--set", "time.cfl=0.35"), [0.5, 1.0]),
+    ],
+    ids=["time.end", "steps", "cfl"],
+)
+def test_a_ramp_knows_the_end(tmp_path, runs, options, shares):
+    """It goes from 0 to 1 over each coupled run, also when the run is begun anew in the middle."""
+    script = ("coupled_run", RAMP + runs)
+    end = ("--set", f"time.end={5 * DT}", "--set", f"checkpoint.every={3 * DT}", *options)
+    result = run_script(tmp_path, script, options=end)
+    assert result.status == 0, result.output
+    shown = np.loadtxt(tmp_path / "out" / "share.txt", skiprows=1, ndmin=1)
+    shown = shown[shown > 0.0]  # 0 is printed when a run begins, or not
+    np.testing.assert_allclose(shown, shares, rtol=1e-5)
+    if options:
+        return
+    again = tmp_path / "again"
+    result = job(again, restart=tmp_path / "out" / "checkpoint_00000003", script=tmp_path / "in.liggghts")
+    assert result.status == 0, result.output
+    shown = np.loadtxt(again / "share.txt", skiprows=1, ndmin=1)
+    np.testing.assert_allclose(shown[-2:], shares[-2:], rtol=1e-5)
+
+
 def test_no_pair_style_is_needed(tmp_path):
     text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
     without = [line for line in text.splitlines()
