@@ -13,7 +13,7 @@ from . import bed_options, bench_bed, bench_effects, bench_table, job, presets, 
 from . import cost as predict
 from . import lint as checks
 from .build import FOLDER, ROOT, build
-from .errors import UserError, unknown
+from .errors import UserError, refused, unknown
 from .machine import available_memory, processors
 from .scenes import DEFAULT, all_scenes, choose_model, find_scene, read_variables
 from .studies import all_studies, run_study
@@ -288,6 +288,7 @@ def check_names(options: argparse.Namespace) -> None:
 
 def main() -> int:
     os.environ.update(job.environment())
+    options = argparse.Namespace()
     try:
         options = parse(sys.argv[1:])
         only_read = os.environ.pop("BEDLOAD_ONLY_READ", None)  # by the script that installs packages
@@ -298,5 +299,8 @@ def main() -> int:
     except UserError as error:
         print(f"bedload: {error}", file=sys.stderr)
         return 2
+    except OSError as error:  # a full disk, a folder that may not be written, a file in a folder's place
+        print(f"bedload: {plain(refused(error, getattr(options, 'out', None)))}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         return 130

@@ -1,11 +1,19 @@
-"""A user's mistake, and the nearest name to offer."""
+"""A user's mistake, what the system refuses, and the nearest name to offer."""
 
 import difflib
 from collections.abc import Iterable
+from pathlib import Path
 
 
 class UserError(Exception):
     """One sentence that says what was found and what is allowed."""
+
+
+def refused(error: OSError, place: Path | None = None) -> str:
+    """The sentence for what the system refuses: file and reason; `place`: where it was, if it names no file itself."""
+    names = [str(name) for name in (error.filename, error.filename2) if name is not None]
+    where = " -> ".join(names) or (str(place) if place is not None else "")
+    return ": ".join(filter(None, (where, error.strerror or str(error))))
 
 
 def unknown(kind: str, found: str, known: Iterable[str]) -> UserError:

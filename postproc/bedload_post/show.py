@@ -151,4 +151,7 @@ def main() -> int:
     except MissingOutput as missing:
         print(missing, file=sys.stderr)
         return 1
+    except OSError as error:
+        print(f"{error.filename or options.folder}: {error.strerror or error}", file=sys.stderr)
+        return 1
     return 0

@@ -1,5 +1,6 @@
 """The launcher: names, ranks, output folders, the mpirun line, signals and status."""
 
+import errno
 import fcntl
 import os
 import signal
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from bedload_launcher import build, cli, folders, job, machine, memory, presets, runs, scenes, studies
-from bedload_launcher.errors import UserError
+from bedload_launcher.errors import UserError, refused
 from bedload_launcher.words import plain
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -45,6 +46,26 @@ def test_mistakes_get_one_sentence(line, sentence):
     assert sentence in done.stderr
     assert done.stderr.count("\n") == 1
     assert done.stdout == ""
+
+
+def test_what_the_system_refuses_is_one_sentence(tmp_path, started, monkeypatch, capsys):
+    """A file where a folder should be, a write that finds no room: file and reason, no trace of the program."""
+    file = tmp_path / "notes"
+    file.write_text("kept")
+    monkeypatch.setattr(cli, "build", lambda _: None)
+    for out, why in ((file, "File exists"), (file / "x", "Not a directory")):
+        for line in (["run", "exposed_sphere"], ["settle", "8x8", "--grains", "9"]):
+            if line[0] == "settle":
+                out = out / "bed.data"  # whose folder cannot be made
+            monkeypatch.setattr(sys, "argv", ["bedload", *line, "--out", str(out)])
+            assert cli.main() == 1
+            said = capsys.readouterr().err
+            assert said.startswith(f"bedload: {file}") and said.count("\n") == 1
+            assert why in said or line[0] == "settle"
+    assert file.read_text() == "kept" and not started
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # of a write, which does not know its file
+    assert refused(full, Path("out")) == "out: No space left on device"
+    assert refused(OSError("Unable to create file")) == "Unable to create file"
 
 
 @pytest.mark.parametrize("line", [[], ["run"]])

@@ -176,6 +176,16 @@ def test_everything_is_shown(folder):
     assert track.std() > 0.05
 
 
+def test_a_full_disk_is_one_sentence(folder, tmp_path):
+    full = shutil.copytree(folder, tmp_path / "full")
+    (full / "report.html").unlink(missing_ok=True)
+    (full / "report.html").symlink_to("/dev/full")
+    done = subprocess.run(
+        ["/usr/bin/python3", "-I", "-B", SHOW, full, "--no-pictures"], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (1, f"{full / 'report.html'}: No space left on device\n")
+
+
 def test_a_folder_of_kept_results_becomes_a_page(tmp_path):
     (tmp_path / "README.md").write_text("# Drag <of> spheres\n")
     (tmp_path / "drag.csv").write_text("Re,C_d\n10,4.3\n")
