@@ -15,6 +15,7 @@ from . import lint as checks
 from .build import FOLDER, ROOT, build
 from .errors import UserError, refused, unknown
 from .machine import available_memory, processors
+from .numbers import finite, whole
 from .scenes import DEFAULT, all_scenes, choose_model, find_scene, read_variables
 from .studies import all_studies, run_study
 from .words import plain, say
@@ -196,7 +197,7 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
         "--var", action="append", default=[], metavar="NAME=VALUE",
         help="a variable of in.liggghts, or of a script that it includes; may be repeated",
     )  # fmt: skip
-    sub.add_argument("--steps", type=int, metavar="N", help="stop after N fluid steps")
+    sub.add_argument("--steps", type=whole(0), metavar="N", help="stop after N fluid steps")
     sub.add_argument(
         "--out", type=Path, metavar="DIR", help="output folder (default: runs/SCENE-MODEL)"
     )
@@ -224,8 +225,8 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
 
     sub = command("film", film, "make film.mp4 of a run's moving grains")
     sub.add_argument("out", type=Path, metavar="OUT", help="output folder of a run")
-    sub.add_argument("--since", type=float, default=0.0, metavar="T", help="from this time on (default: 0)")
-    sub.add_argument("--frames", type=int, default=250, metavar="N", help="at most (default: 250)")
+    sub.add_argument("--since", type=finite, default=0.0, metavar="T", help="from this time on (default: 0)")
+    sub.add_argument("--frames", type=whole(1), default=250, metavar="N", help="at most (default: 250)")
 
     sub = command("lint", lint, "let clang-format, flake8, mypy and clang-tidy look at the sources")
     sub.add_argument("--quick", action="store_true", help="without clang-tidy")

@@ -35,6 +35,11 @@ def scene_in(folder, script="variable model index actm_hw\n"):
         (["run", "exposed_spere"], "no scene 'exposed_spere'; the nearest is 'exposed_sphere'"),
         (["run", "--ranks", "4:0"], "--ranks is '4:0', but must be FLUID:DEM"),
         (["run", "--steps", "ten"], "--steps: invalid int value: 'ten'"),
+        (["run", "--steps", "-3"], "--steps: is -3, but must be at least 0"),
+        (["film", "runs/bed", "--frames", "0"], "--frames: is 0, but must be at least 1"),
+        (["film", "runs/bed", "--frames", "-2"], "--frames: is -2, but must be at least 1"),
+        (["film", "runs/bed", "--since", "nan"], "--since: is nan, but must be a finite number"),
+        (["settle", "8x8", "--grains", "9", "--out", "f", "--wet", "inf"], "--wet: is inf, but must be a finite"),
     ],
 )
 def test_mistakes_get_one_sentence(line, sentence):
