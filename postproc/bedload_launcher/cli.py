@@ -13,7 +13,7 @@ from . import bed_options, bench_bed, bench_effects, bench_table, job, presets, 
 from . import cost as predict
 from . import lint as checks
 from .build import FOLDER, ROOT, build
-from .errors import UserError, refused, unknown
+from .errors import NEAR, UserError, refused, unknown
 from .machine import available_memory, processors
 from .numbers import finite, whole
 from .scenes import DEFAULT, all_scenes, choose_model, find_scene, read_variables
@@ -273,7 +273,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     options, left_over = top.parse_known_args(arguments)
     if left_over:
         known = [flag for flag in commands[options.command]._option_string_actions]
-        near = difflib.get_close_matches(left_over[0].split("=")[0], known, n=1, cutoff=0.5)
+        near = difflib.get_close_matches(left_over[0].split("=")[0], known, n=1, cutoff=NEAR)
         hint = f"; did you mean {near[0]}?" if near else ""
         raise UserError(f"bedload {options.command} has no '{left_over[0]}'{hint}")
     return options

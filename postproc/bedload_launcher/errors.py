@@ -4,6 +4,8 @@ import difflib
 from collections.abc import Iterable
 from pathlib import Path
 
+NEAR = 0.5  # difflib's likeness, from 0 to 1: another name from there on is taken for a slip of the fingers
+
 
 class UserError(Exception):
     """One sentence that says what was found and what is allowed."""
@@ -17,11 +19,13 @@ def refused(error: OSError, place: Path | None = None) -> str:
 
 
 def unknown(kind: str, found: str, known: Iterable[str]) -> UserError:
-    """The sentence for a name that does not exist, with the nearest one that does."""
+    """The sentence for a name that does not exist: those that do, and which of them may have been meant."""
     names = sorted(known)
     if not names:
         return UserError(f"there is no {kind} '{found}', and there are no others.")
-    near = difflib.get_close_matches(found, names, n=1, cutoff=0.0)
+    near = difflib.get_close_matches(found, names, n=1, cutoff=NEAR)
+    if not near:
+        return UserError(f"there is no {kind} '{found}'; there are: {', '.join(names)}.")
     return UserError(
         f"there is no {kind} '{found}'; the nearest is '{near[0]}' (all: {', '.join(names)})."
     )

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from bedload_launcher import build, cli, folders, job, machine, memory, presets, runs, scenes, studies
-from bedload_launcher.errors import UserError, refused
+from bedload_launcher.errors import UserError, refused, unknown
 from bedload_launcher.words import plain
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -71,6 +71,13 @@ def test_what_the_system_refuses_is_one_sentence(tmp_path, started, monkeypatch,
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # of a write, which does not know its file
     assert refused(full, Path("out")) == "out: No space left on device"
     assert refused(OSError("Unable to create file")) == "Unable to create file"
+
+
+@pytest.mark.parametrize("found", ["foo", "/nonexist", "nix"])
+def test_no_far_name_is_offered(found):
+    names = ["rpm_hw", "channel180", "box"]
+    assert str(unknown("name", found, names)) == f"there is no name '{found}'; there are: box, channel180, rpm_hw."
+    assert "the nearest is 'rpm_hw'" in str(unknown("name", "rpmhw", names))
 
 
 @pytest.mark.parametrize("line", [[], ["run"]])
