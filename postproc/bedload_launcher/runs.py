@@ -87,6 +87,7 @@ def start(ask: Ask) -> tuple[int, Path]:
     out = output_folder(ask, scene, launch, restart)
     ranks = job.Ranks.parse(ask.ranks)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
+    aside = None
     with Folder(out) as folder:
         if restart is not None and run_folder(restart) == out:
             job.keep_part(out)
@@ -98,6 +99,13 @@ def start(ask: Ask) -> tuple[int, Path]:
             print(f"bedload: with {plain(launch.said())}", flush=True)
         print(f"bedload: {plain(work.summary())}; output in {plain(str(out))}", flush=True)
         status = job.run_job(work)
+        taken_back = status != 0 and aside is not None and folder.take_back(aside)
+    if taken_back:
+        print(
+            f"bedload: the run was refused with status {status} before its first step; the earlier run is {out} again",
+            file=sys.stderr,
+        )
+        return status, out
     if status != 0:
         last = last_checkpoint(out)
         how = f"; go on with --restart {shlex.quote(str(last))}" if last else ""

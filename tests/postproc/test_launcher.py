@@ -239,6 +239,64 @@ def test_a_second_run_of_a_scene_leaves_the_first_alone(tmp_path, started, monke
     assert not out.with_name("out.previous").exists()
 
 
+@pytest.mark.parametrize("began", [False, True])
+def test_a_refused_run_gives_its_place_back(tmp_path, started, monkeypatch, capsys, began):
+    """Settings and script are judged by the programs, when the earlier run has made room already."""
+    out, previous = tmp_path / "out", tmp_path / "out.previous"
+    out.mkdir()
+    (out / "settings.toml").write_text("good")
+    (out / "history.csv").write_text("step,time\n1,0.1\n")
+
+    def programs(line, folder):
+        assert (previous / "settings.toml").read_text() == "good"
+        for name in ["run.lock", "log.liggghts", "collisions.csv", *(["settings.toml"] if began else [])]:
+            (out / name).write_text("bad")
+        return 1
+
+    monkeypatch.setattr(job, "run", programs)
+    assert cli.run(cli.parse(["run", "exposed_sphere", "--out", str(out)])) == 1
+    said = capsys.readouterr().err
+    kept = previous if began else out
+    assert (kept / "settings.toml").read_text() == "good"
+    assert sorted(f.name for f in tmp_path.iterdir()) == (["out", "out.previous"] if began else ["out"])
+    assert ("the earlier run is" in said) != began
+    assert claimed(out) == (None if began else previous)  # the folder is free
+
+
+def test_a_refused_run_moves_nothing_that_another_command_holds(tmp_path):
+    out = tmp_path / "out"
+    (out / "checkpoint_00000010").mkdir(parents=True)
+    with folders.Folder(out) as folder:
+        aside = folder.make_room()
+        folder.note(folders.Launch("/scenes/bed"))
+        with folders.Folder(aside):  # ./bedload run --restart out.previous, meanwhile
+            assert not folder.take_back(aside)
+            assert is_dir_with(aside, "checkpoint_00000010") and is_dir_with(out, folders.LAUNCH)
+        with (out / "run.lock").open("w") as held:  # bedload-fluid, started by hand
+            fcntl.flock(held, fcntl.LOCK_EX)
+            assert not folder.take_back(aside)
+        assert folder.take_back(aside)
+    assert is_dir_with(out, "checkpoint_00000010") and not aside.exists()
+
+
+def test_a_folder_that_moves_while_it_is_taken_is_not_taken(tmp_path, monkeypatch):
+    """Two commands at once: the file that the second one opened went aside with the earlier run."""
+    out, lock = tmp_path / "out", folders._flock
+
+    def late(file):
+        if out.exists():
+            out.rename(tmp_path / "out.previous")
+        return lock(file)
+
+    monkeypatch.setattr(folders, "_flock", late)
+    with pytest.raises(UserError, match="another `./bedload run` writes"), folders.Folder(out):
+        pass
+
+
+def is_dir_with(folder, name):
+    return folder.is_dir() and (folder / name).exists()
+
+
 def test_a_restart_never_removes_or_invents_the_run_that_it_names(tmp_path):
     previous = tmp_path / "bed.previous"
     checkpoint = previous / "checkpoint_00000100"
