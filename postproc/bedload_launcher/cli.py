@@ -204,8 +204,8 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     sub.add_argument(
         "--restart", type=Path, metavar="DIR",
         help="go on from a checkpoint, or from the last one in the run's folder DIR; without --out "
-        "the run goes on there; scene, model, --set, --var and --accuracy are the run's own where "
-        "nothing else is said",
+        "the run goes on there; scene, --set, --var and --accuracy are the run's own where nothing else "
+        "is said, and the model stays",
     )  # fmt: skip
     sub.add_argument("--no-pictures", action="store_true", help="numbers only at the end")
 

@@ -339,10 +339,10 @@ def test_a_restart_is_told_what_the_run_was_told(tmp_path, started, capsys):
     assert "go on with" not in capsys.readouterr().err  # no checkpoint yet
     last = out / "checkpoint_00000100"
     last.mkdir()
-    for more, where in ((["--set", "time.end=9", "--var", "hold=0"], out), ([], last), (["--model", "actm"], out)):
+    for more, where in ((["--set", "time.end=9", "--var", "hold=0"], out), ([], last), (["--model", "rpm"], out)):
         cli.run(cli.parse(["run", "--restart", str(where), *more]))
         line = started[-1]
-        assert line[line.index("model") + 1] == ("actm" if "--model" in more else "rpm")
+        assert line[line.index("model") + 1] == "rpm"
         assert "time.end=9" in line and "time.end=7" not in line  # the second time from the first restart
         assert "checkpoint.every=2" in line and "spheres.forcing_loops=1" in line
         assert line[line.index("hold") + 1] == "0" and line[line.index("density") + 1] == "1.3"
@@ -356,6 +356,21 @@ def test_a_restart_is_told_what_the_run_was_told(tmp_path, started, capsys):
     cli.run(cli.parse(["run", "setup2_small", "--restart", str(out)]))
     assert started[-1][started[-1].index("model") + 1] == "actm_hw"
     assert "time.end=9" not in started[-1]
+
+
+def test_a_restart_keeps_its_model(tmp_path, started, monkeypatch):
+    """bedload-dem would refuse the other one, by the names of fixes."""
+    out = tmp_path / "out"
+    cli.run(cli.parse(["run", "setup2_small", "--model", "rpm", "--out", str(out)]))
+    (out / "checkpoint_00000100").mkdir()
+    for where in (out, out / "checkpoint_00000100"):
+        with pytest.raises(UserError, match="the model 'rpm', and its contacts cannot go on with 'actm'") as refused:
+            cli.run(cli.parse(["run", "--restart", str(where), "--model", "actm", "--out", str(tmp_path / "new")]))
+        assert f"--model actm --set start.from=state --set start.file={out / 'state.h5'}" in str(refused.value)
+    assert len(started) == 1 and not (tmp_path / "new").exists()
+    monkeypatch.setattr(runs, "models", lambda: ["rpm"])  # actm a scene's own, which may keep the same
+    cli.run(cli.parse(["run", "--restart", str(out), "--model", "actm"]))
+    assert started[-1][started[-1].index("model") + 1] == "actm"
 
 
 def test_blanks_in_a_path_do_not_reach_the_script(tmp_path):
