@@ -160,6 +160,26 @@ def test_size_of_the_samples_is_said(every, samples):
     )
 
 
+def test_a_small_scene_is_tried_on_no_other_grid(monkeypatch):
+    """A coarser one, on which the scene may not run, says nothing: the memory found is the scene's own."""
+    tried = []
+
+    def made_up(work):
+        tried.append(work.overrides[-1])
+        return trial((64, 64, 64), {"momentum": 1.0}, fluid_bytes=5e8)
+
+    monkeypatch.setattr(cost, "run_trial", made_up)
+    whole = job.Job(find_scene("setup2_small"), "rpm", job.Ranks(2, 1), Path("."))
+    e = cost.estimate(whole, (64, 64, 64), print)
+    assert tried == cost.REPEATS * ["grid.cells=[64, 64, 64]"]
+    assert e.fluid_bytes == pytest.approx(5e8)
+
+
+def test_the_reason_of_a_trial_that_fails_is_its_sentence():
+    words = "LIGGGHTS\nbedload-dem: ERROR: fix lubrication: write 'neighbor 0.8 bin' or more (/a/keywords.cpp:47)\n"
+    assert cost.reason(words) == "fix lubrication: write 'neighbor 0.8 bin' or more"
+
+
 class NoStep(job.Job):
     """A run that is over at its start."""
 
@@ -190,7 +210,7 @@ def test_trials_are_the_run_on_smaller_grids(monkeypatch):
     whole = job.Job(
         find_scene("setup2_small"), "rpm", job.Ranks(2, 1), Path("."), ["time.end=5"], variables={"friction": "0.3"}
     )
-    cost.estimate(whole, (64, 64, 64), print)
+    cost.estimate(whole, (64, 64, 64), print, most=60**3)
     assert len(tried) == cost.REPEATS + 2
     for work in tried:
         assert (work.model, work.ranks, work.variables) == ("rpm", job.Ranks(2, 1), {"friction": "0.3"})
