@@ -3,6 +3,8 @@
 import argparse
 from pathlib import Path
 
+from .numbers import finite
+
 REACHABLE = (0.53, 0.62)  # packing of spheres of one size, by falls with most and with no friction
 
 
@@ -14,11 +16,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--grains", type=int, required=True, metavar="N", help="how many fall")
     parser.add_argument("--seed", type=int, default=1, metavar="S", help="of their places in the air (default: 1)")
     parser.add_argument(
-        "--packing", type=float, metavar="PHI",
+        "--packing", type=finite, metavar="PHI",
         help=f"share of the volume in the bed's inside, about {REACHABLE[0]} to {REACHABLE[1]} for one size (default: "
         "as they fall with friction 0.3)",
     )  # fmt: skip
-    parser.add_argument("--tolerance", type=float, default=0.005, help="of the packing (default: 0.005)")
+    parser.add_argument("--tolerance", type=finite, default=0.005, help="of the packing (default: 0.005)")
     parser.add_argument(
         "--sizes", default="1:1", metavar="D:SHARE ...",
         help='diameters and their shares of the number, as "1:0.8 0.7:0.2"',
@@ -28,11 +30,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="what they fall on: the floor, or the hexagonal layer of inputs/beds (diameter 1)",
     )  # fmt: skip
     parser.add_argument(
-        "--fixed", type=float, default=0.0, metavar="Y",
+        "--fixed", type=finite, default=0.0, metavar="Y",
         help="grains whose centres come to rest below this height are fixed ones, type 1 (default: none)",
     )  # fmt: skip
     parser.add_argument(
-        "--wet", type=float, default=0.0, metavar="T",
+        "--wet", type=finite, default=0.0, metavar="T",
         help="then run the scene for this time without a flow; its script reads ${bed_file} (default: dry only)",
     )  # fmt: skip
     parser.add_argument("--digits", type=int, default=6, help="behind the point, in the file (default: 6)")

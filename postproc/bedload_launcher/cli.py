@@ -13,8 +13,9 @@ from . import bed_options, bench_bed, bench_effects, bench_table, job, presets, 
 from . import cost as predict
 from . import lint as checks
 from .build import FOLDER, ROOT, build
-from .errors import UserError, unknown
+from .errors import NEAR, UserError, refused, unknown
 from .machine import available_memory, processors
+from .numbers import finite, whole
 from .scenes import DEFAULT, all_scenes, choose_model, find_scene, read_variables
 from .studies import all_studies, run_study
 from .words import plain, say
@@ -196,15 +197,15 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
         "--var", action="append", default=[], metavar="NAME=VALUE",
         help="a variable of in.liggghts, or of a script that it includes; may be repeated",
     )  # fmt: skip
-    sub.add_argument("--steps", type=int, metavar="N", help="stop after N fluid steps")
+    sub.add_argument("--steps", type=whole(0), metavar="N", help="stop after N fluid steps")
     sub.add_argument(
         "--out", type=Path, metavar="DIR", help="output folder (default: runs/SCENE-MODEL)"
     )
     sub.add_argument(
         "--restart", type=Path, metavar="DIR",
         help="go on from a checkpoint, or from the last one in the run's folder DIR; without --out "
-        "the run goes on there; scene, model, --set, --var and --accuracy are the run's own where "
-        "nothing else is said",
+        "the run goes on there; scene, --set, --var and --accuracy are the run's own where nothing else "
+        "is said, and the model stays",
     )  # fmt: skip
     sub.add_argument("--no-pictures", action="store_true", help="numbers only at the end")
 
@@ -224,8 +225,8 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
 
     sub = command("film", film, "make film.mp4 of a run's moving grains")
     sub.add_argument("out", type=Path, metavar="OUT", help="output folder of a run")
-    sub.add_argument("--since", type=float, default=0.0, metavar="T", help="from this time on (default: 0)")
-    sub.add_argument("--frames", type=int, default=250, metavar="N", help="at most (default: 250)")
+    sub.add_argument("--since", type=finite, default=0.0, metavar="T", help="from this time on (default: 0)")
+    sub.add_argument("--frames", type=whole(1), default=250, metavar="N", help="at most (default: 250)")
 
     sub = command("lint", lint, "let clang-format, flake8, mypy and clang-tidy look at the sources")
     sub.add_argument("--quick", action="store_true", help="without clang-tidy")
@@ -272,7 +273,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     options, left_over = top.parse_known_args(arguments)
     if left_over:
         known = [flag for flag in commands[options.command]._option_string_actions]
-        near = difflib.get_close_matches(left_over[0].split("=")[0], known, n=1, cutoff=0.5)
+        near = difflib.get_close_matches(left_over[0].split("=")[0], known, n=1, cutoff=NEAR)
         hint = f"; did you mean {near[0]}?" if near else ""
         raise UserError(f"bedload {options.command} has no '{left_over[0]}'{hint}")
     return options
@@ -288,6 +289,7 @@ def check_names(options: argparse.Namespace) -> None:
 
 def main() -> int:
     os.environ.update(job.environment())
+    options = argparse.Namespace()
     try:
         options = parse(sys.argv[1:])
         only_read = os.environ.pop("BEDLOAD_ONLY_READ", None)  # by the script that installs packages
@@ -298,5 +300,8 @@ def main() -> int:
     except UserError as error:
         print(f"bedload: {error}", file=sys.stderr)
         return 2
+    except OSError as error:  # a full disk, a folder that may not be written, a file in a folder's place
+        print(f"bedload: {plain(refused(error, getattr(options, 'out', None)))}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         return 130

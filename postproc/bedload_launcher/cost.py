@@ -11,10 +11,11 @@ Memory of the fluid is a + b s^2 + c s^3: the program itself, which a trial of t
 spheres shows, markers, fields; two trials with spheres give b and c. To the steps come what each of them
 writes, by a longer trial; fields and checkpoints as often as the scene has them, s^3; and the start.
 
-A scene of up to MANY_CELLS cells is its own larger trial and nothing is scaled.
+A scene of up to MANY_CELLS cells is its own only trial and nothing is scaled.
 """
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -216,7 +217,10 @@ def estimate(
     """Runs the trials of `whole`, whose grid has `cells`, on at most `most` cells, and scales them."""
     trials: list[Trial] = []
     longer = None
-    for grid in smaller_grids(cells, most):
+    grids = smaller_grids(cells, most)
+    if grids[0] == cells:
+        del grids[1:]  # nothing is scaled, so its memory needs no parts
+    for grid in grids:
         say(f"bedload: trying {STEPS} steps on {grid[0]} x {grid[1]} x {grid[2]} cells")
         work = replace(whole, overrides=on_grid(whole.overrides, grid), steps=STEPS)
         if not trials:
@@ -228,12 +232,14 @@ def estimate(
         except UserError as error:
             say(f"bedload: the scene does not run on that one ({reason(str(error))}); the other's memory is "
                 "scaled by cells")  # fmt: skip
-    return from_trials(cells, trials, longer, program_memory(whole, cells))
+    program = program_memory(whole, cells) if grids[0] != cells else 0.0
+    return from_trials(cells, trials, longer, program)
 
 
 def reason(words: str) -> str:
-    """The program's own sentence out of all that a trial has said."""
-    return (end_of(words).split(": ", 1)[-1] or words.strip().splitlines()[-1]).rstrip(".")
+    """The program's own sentence out of all that a trial has said, without the source line that LIGGGHTS adds."""
+    sentence = end_of(words).split(": ", 1)[-1].removeprefix("ERROR: ") or words.strip().splitlines()[-1]
+    return re.sub(r" \([^()\s]+\.[ch]pp:\d+\)$", "", sentence).rstrip(".")
 
 
 def program_memory(whole: job.Job, cells: tuple[int, int, int]) -> float:

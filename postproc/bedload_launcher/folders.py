@@ -10,6 +10,7 @@ import fcntl
 import json
 import os
 import socket
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -18,6 +19,7 @@ from .errors import UserError
 
 LAUNCH = "launch.json"
 RUN_LOCK = "run.lock"
+STARTED = ("settings.toml", "log.liggghts", RUN_LOCK, "*.csv", "*.h5", "*.xdmf", "*.part")  # what a failed start leaves
 RESULTS = ("history.csv", "checkpoint_*", "state.h5")  # what only a run leaves that has begun
 
 
@@ -80,8 +82,9 @@ class Folder:
         self.out.mkdir(parents=True, exist_ok=True)
         refuse_if_running(self.out)
         self._file = os.open(self.out / LAUNCH, os.O_RDWR | os.O_CREAT, 0o666)
-        if not _flock(self._file):
-            os.close(self._file)
+        # Another command may have moved the folder since its file was opened: the lock is then that of an earlier run.
+        if not _flock(self._file) or not _is_file(self._file, self.out / LAUNCH):
+            self.__exit__()
             raise _in_use(self.out)
         return self
 
@@ -105,6 +108,28 @@ class Folder:
         self.__exit__()
         self.__enter__()
         return aside
+
+    def take_back(self, aside: Path) -> bool:
+        """Moves the earlier run, which went to `aside`, to its place again when the run here was refused.
+
+        False, and all stays as it is, where the run has opened its output or another command holds one of the two.
+        """
+        try:
+            refuse_if_running(self.out)
+            if not was_refused(self.out):
+                return False
+            with Folder(aside):
+                refused = Path(tempfile.mkdtemp(prefix=f"{self.out.name}.refused", dir=self.out.parent))
+                self.out.rename(refused)
+                try:
+                    aside.rename(self.out)  # not into a folder that another command has filled meanwhile
+                finally:
+                    for file in refused.iterdir():
+                        file.unlink()
+                    refused.rmdir()
+        except (UserError, OSError):
+            return False
+        return True
 
     def note(self, launch: Launch) -> None:
         """Writes how the run is started into the file that is held."""
@@ -135,10 +160,14 @@ def is_run(out: Path) -> bool:
 
 def holds_only_a_start(out: Path) -> bool:
     """Whether `out` is empty but for what a start leaves that failed before its first step."""
-    left = ("settings.toml", "log.liggghts", RUN_LOCK, "*.csv", "*.h5", "*.xdmf", "*.part")
     files = [file for file in out.iterdir() if file.name != LAUNCH]
     started = (out / "settings.toml").is_file() or (out / LAUNCH).stat().st_size > 0
-    return not files or (started and all(any(f.match(pattern) for pattern in left) for f in files))
+    return not files or (started and all(any(f.match(pattern) for pattern in STARTED) for f in files))
+
+
+def was_refused(out: Path) -> bool:
+    """Whether the start in `out` ended before bedload-fluid opened its output: by settings, script or spheres."""
+    return not is_run(out) and holds_only_a_start(out) and not (out / "settings.toml").exists()
 
 
 def refuse_if_running(out: Path) -> None:
@@ -169,6 +198,14 @@ def _flock(file: int) -> bool:
     except OSError:
         pass
     return True
+
+
+def _is_file(file: int, path: Path) -> bool:
+    """Whether `path` still names the open file."""
+    try:
+        return os.path.samestat(os.fstat(file), path.stat())
+    except FileNotFoundError:
+        return False
 
 
 def _in_use(out: Path) -> UserError:

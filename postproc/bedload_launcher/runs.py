@@ -10,7 +10,7 @@ from . import folders, job, presets
 from .build import build
 from .errors import UserError
 from .folders import Folder, Launch
-from .scenes import DEFAULT, Scene, choose_model, find_scene, read_variables
+from .scenes import DEFAULT, Scene, choose_model, find_scene, models, read_variables
 from .words import plain
 
 
@@ -43,6 +43,20 @@ def check_restart(restart: Path) -> None:
     """Refuses what holds no checkpoint."""
     if not restart.is_dir() or (restart == run_folder(restart) and last_checkpoint(restart) is None):
         raise UserError(f"--restart {restart}: is neither a checkpoint nor a run that holds one.")
+
+
+def check_same_model(restart: Path, before: str | None, model: str | None) -> None:
+    """Refuses another model than the run's, as bedload-dem does: what one keeps of a contact no other can read.
+
+    Models of a scene's own may be alike in that; bedload-dem judges them.
+    """
+    if before != model and {before, model} <= set(models()):
+        state = run_folder(restart) / "state.h5"
+        raise UserError(
+            f"--restart {restart}: the run has the model '{before}', and its contacts cannot go on with '{model}'; "
+            f"begin a new run, which can take its flow: ./bedload run SCENE --model {model} --set start.from=state "
+            f"--set start.file={shlex.quote(str(state))}"
+        )
 
 
 def with_memory(ask: Ask, before: Launch | None) -> Launch:
@@ -82,11 +96,14 @@ def start(ask: Ask) -> tuple[int, Path]:
             "name it: ./bedload run SCENE --restart …"
         )
     launch = with_memory(ask, before)
+    if restart is not None and before is not None:
+        check_same_model(restart, before.model, launch.model)
     scene = find_scene(launch.scene)
     settings = presets.settings_of(launch.accuracy, scene, list(launch.sets))
     out = output_folder(ask, scene, launch, restart)
     ranks = job.Ranks.parse(ask.ranks)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
+    aside = None
     with Folder(out) as folder:
         if restart is not None and run_folder(restart) == out:
             job.keep_part(out)
@@ -98,6 +115,13 @@ def start(ask: Ask) -> tuple[int, Path]:
             print(f"bedload: with {plain(launch.said())}", flush=True)
         print(f"bedload: {plain(work.summary())}; output in {plain(str(out))}", flush=True)
         status = job.run_job(work)
+        taken_back = status != 0 and aside is not None and folder.take_back(aside)
+    if taken_back:
+        print(
+            f"bedload: the run was refused with status {status} before its first step; the earlier run is {out} again",
+            file=sys.stderr,
+        )
+        return status, out
     if status != 0:
         last = last_checkpoint(out)
         how = f"; go on with --restart {shlex.quote(str(last))}" if last else ""

@@ -86,6 +86,11 @@ def run_trial(
         last = read_rows(out / "history.csv")[-1]
         answer = read(out)
     counted = int(last["step"]) - warm_up  # fewer than asked for where the scene is over before
+    if counted < 1:
+        raise UserError(
+            f"a trial of {work.scene.name} has no step to measure: with 'time.end' = {settings['time']['end']:g} it is "
+            f"over after {last['step']} steps."
+        )
     return Trial(
         settings, counted,
         {part: s / counted for part, s in seconds.items() if part not in NOT_A_STEP},

@@ -76,4 +76,7 @@ def write(
         "<h2>Where the time went</h2>" + table(seconds, ("", "number", "number")) if times else "",
         f"<h2>Settings in force</h2><pre>{settings}</pre>",
     ]
-    file.write_text(page(run.name, body), encoding="utf-8")
+    try:
+        file.write_text(page(run.name, body), encoding="utf-8")
+    except OSError as error:  # of a write: it does not know its file
+        raise OSError(error.errno, error.strerror, str(file)) from None

@@ -131,6 +131,8 @@ def main() -> int:
     )
     parser.add_argument("--frames", type=int, default=250, help="of the film (default: 250)")
     options = parser.parse_args()
+    if options.frames < 1:
+        parser.error(f"--frames is {options.frames}, but must be at least 1")
     try:
         if options.film is not None:
             from . import film
@@ -150,5 +152,8 @@ def main() -> int:
             show(options.folder, not options.no_pictures, options.after_run)
     except MissingOutput as missing:
         print(missing, file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"{error.filename or options.folder}: {error.strerror or error}", file=sys.stderr)
         return 1
     return 0

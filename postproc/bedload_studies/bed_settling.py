@@ -105,6 +105,10 @@ def wish(options: argparse.Namespace) -> tuple[Wish, Scene | None]:
         scene = find_scene(options.where)
         x, height, z = scene.lengths()
         box = (x, z)
+    if not np.isfinite(box).all():
+        raise UserError(f"the box is '{options.where}', but must be two lengths, as 26x13.")
+    if options.wet < 0.0:
+        raise UserError(f"--wet is {options.wet:g}, but must be at least 0.")
     if options.wet > 0.0 and scene is None:
         raise UserError(f"--wet runs a scene, but {options.where} is a box.")
     if min(box) < 3.0 * diameter.max():

@@ -17,7 +17,7 @@ def read_sizes(text: str) -> list[tuple[float, float]]:
     for word in text.replace(",", " ").split():
         diameter, _, share = word.partition(":")
         try:
-            sizes.append((float(diameter), float(share or "1")))
+            sizes.append((float(diameter), float(share)))
         except ValueError:
             raise UserError(f"--sizes has '{word}', but must be DIAMETER:SHARE, for instance 1:0.8 0.7:0.2.") from None
     if not sizes or min(min(pair) for pair in sizes) <= 0.0 or not np.isfinite(sizes).all():

@@ -9,7 +9,7 @@ import pytest
 from bedload_launcher import cost, job
 from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import find_scene
-from bedload_launcher.trial import Trial, allowed_step, derived_numbers
+from bedload_launcher.trial import Trial, allowed_step, derived_numbers, run_trial
 
 
 def trial(cells, parts, fluid_bytes=0, output=0.0):
@@ -160,19 +160,57 @@ def test_size_of_the_samples_is_said(every, samples):
     )
 
 
+def test_a_small_scene_is_tried_on_no_other_grid(monkeypatch):
+    """A coarser one, on which the scene may not run, says nothing: the memory found is the scene's own."""
+    tried = []
+
+    def made_up(work):
+        tried.append(work.overrides[-1])
+        return trial((64, 64, 64), {"momentum": 1.0}, fluid_bytes=5e8)
+
+    monkeypatch.setattr(cost, "run_trial", made_up)
+    whole = job.Job(find_scene("setup2_small"), "rpm", job.Ranks(2, 1), Path("."))
+    e = cost.estimate(whole, (64, 64, 64), print)
+    assert tried == cost.REPEATS * ["grid.cells=[64, 64, 64]"]
+    assert e.fluid_bytes == pytest.approx(5e8)
+
+
+def test_the_reason_of_a_trial_that_fails_is_its_sentence():
+    words = "LIGGGHTS\nbedload-dem: ERROR: fix lubrication: write 'neighbor 0.8 bin' or more (/a/keywords.cpp:47)\n"
+    assert cost.reason(words) == "fix lubrication: write 'neighbor 0.8 bin' or more"
+
+
+class NoStep(job.Job):
+    """A run that is over at its start."""
+
+    def command(self):
+        files = {
+            "settings.toml": "time = {end = 0.0, cfl = 0.0}",
+            "timing.csv": "part,seconds_mean_over_ranks",
+            "history.csv": "step,dt,cfl,mobile_spheres\n0,0.1,0.0,1",
+        }
+        return ["sh", "-c", "; ".join(f"printf '{text}\n' > {self.out / name}" for name, text in files.items())]
+
+
+def test_a_trial_without_steps_is_refused_in_one_sentence():
+    scene = find_scene("setup2_small")
+    with pytest.raises(UserError, match="setup2_small has no step to measure: with 'time.end' = 0 it is over after 0"):
+        run_trial(NoStep(scene, None, job.Ranks(1, 1), scene.folder))
+
+
 def test_trials_are_the_run_on_smaller_grids(monkeypatch):
     """Model, ranks and variables of the script are the run's own, the grid and the number of steps the trial's."""
     tried = []
 
-    def run_trial(work):
+    def made_up(work):
         tried.append(work)
         return trial(json.loads(work.overrides[-1].split("=")[1]), {"momentum": 1.0})
 
-    monkeypatch.setattr(cost, "run_trial", run_trial)
+    monkeypatch.setattr(cost, "run_trial", made_up)
     whole = job.Job(
         find_scene("setup2_small"), "rpm", job.Ranks(2, 1), Path("."), ["time.end=5"], variables={"friction": "0.3"}
     )
-    cost.estimate(whole, (64, 64, 64), print)
+    cost.estimate(whole, (64, 64, 64), print, most=60**3)
     assert len(tried) == cost.REPEATS + 2
     for work in tried:
         assert (work.model, work.ranks, work.variables) == ("rpm", job.Ranks(2, 1), {"friction": "0.3"})

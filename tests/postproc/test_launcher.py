@@ -1,5 +1,6 @@
 """The launcher: names, ranks, output folders, the mpirun line, signals and status."""
 
+import errno
 import fcntl
 import os
 import signal
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from bedload_launcher import build, cli, folders, job, machine, memory, presets, runs, scenes, studies
-from bedload_launcher.errors import UserError
+from bedload_launcher.errors import UserError, refused, unknown
 from bedload_launcher.words import plain
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -34,6 +35,11 @@ def scene_in(folder, script="variable model index actm_hw\n"):
         (["run", "exposed_spere"], "no scene 'exposed_spere'; the nearest is 'exposed_sphere'"),
         (["run", "--ranks", "4:0"], "--ranks is '4:0', but must be FLUID:DEM"),
         (["run", "--steps", "ten"], "--steps: invalid int value: 'ten'"),
+        (["run", "--steps", "-3"], "--steps: is -3, but must be at least 0"),
+        (["film", "runs/bed", "--frames", "0"], "--frames: is 0, but must be at least 1"),
+        (["film", "runs/bed", "--frames", "-2"], "--frames: is -2, but must be at least 1"),
+        (["film", "runs/bed", "--since", "nan"], "--since: is nan, but must be a finite number"),
+        (["settle", "8x8", "--grains", "9", "--out", "f", "--wet", "inf"], "--wet: is inf, but must be a finite"),
     ],
 )
 def test_mistakes_get_one_sentence(line, sentence):
@@ -45,6 +51,33 @@ def test_mistakes_get_one_sentence(line, sentence):
     assert sentence in done.stderr
     assert done.stderr.count("\n") == 1
     assert done.stdout == ""
+
+
+def test_what_the_system_refuses_is_one_sentence(tmp_path, started, monkeypatch, capsys):
+    """A file where a folder should be, a write that finds no room: file and reason, no trace of the program."""
+    file = tmp_path / "notes"
+    file.write_text("kept")
+    monkeypatch.setattr(cli, "build", lambda _: None)
+    for out, why in ((file, "File exists"), (file / "x", "Not a directory")):
+        for line in (["run", "exposed_sphere"], ["settle", "8x8", "--grains", "9"]):
+            if line[0] == "settle":
+                out = out / "bed.data"  # whose folder cannot be made
+            monkeypatch.setattr(sys, "argv", ["bedload", *line, "--out", str(out)])
+            assert cli.main() == 1
+            said = capsys.readouterr().err
+            assert said.startswith(f"bedload: {file}") and said.count("\n") == 1
+            assert why in said or line[0] == "settle"
+    assert file.read_text() == "kept" and not started
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # of a write, which does not know its file
+    assert refused(full, Path("out")) == "out: No space left on device"
+    assert refused(OSError("Unable to create file")) == "Unable to create file"
+
+
+@pytest.mark.parametrize("found", ["foo", "/nonexist", "nix"])
+def test_no_far_name_is_offered(found):
+    names = ["rpm_hw", "channel180", "box"]
+    assert str(unknown("name", found, names)) == f"there is no name '{found}'; there are: box, channel180, rpm_hw."
+    assert "the nearest is 'rpm_hw'" in str(unknown("name", "rpmhw", names))
 
 
 @pytest.mark.parametrize("line", [[], ["run"]])
@@ -206,6 +239,64 @@ def test_a_second_run_of_a_scene_leaves_the_first_alone(tmp_path, started, monke
     assert not out.with_name("out.previous").exists()
 
 
+@pytest.mark.parametrize("began", [False, True])
+def test_a_refused_run_gives_its_place_back(tmp_path, started, monkeypatch, capsys, began):
+    """Settings and script are judged by the programs, when the earlier run has made room already."""
+    out, previous = tmp_path / "out", tmp_path / "out.previous"
+    out.mkdir()
+    (out / "settings.toml").write_text("good")
+    (out / "history.csv").write_text("step,time\n1,0.1\n")
+
+    def programs(line, folder):
+        assert (previous / "settings.toml").read_text() == "good"
+        for name in ["run.lock", "log.liggghts", "collisions.csv", *(["settings.toml"] if began else [])]:
+            (out / name).write_text("bad")
+        return 1
+
+    monkeypatch.setattr(job, "run", programs)
+    assert cli.run(cli.parse(["run", "exposed_sphere", "--out", str(out)])) == 1
+    said = capsys.readouterr().err
+    kept = previous if began else out
+    assert (kept / "settings.toml").read_text() == "good"
+    assert sorted(f.name for f in tmp_path.iterdir()) == (["out", "out.previous"] if began else ["out"])
+    assert ("the earlier run is" in said) != began
+    assert claimed(out) == (None if began else previous)  # the folder is free
+
+
+def test_a_refused_run_moves_nothing_that_another_command_holds(tmp_path):
+    out = tmp_path / "out"
+    (out / "checkpoint_00000010").mkdir(parents=True)
+    with folders.Folder(out) as folder:
+        aside = folder.make_room()
+        folder.note(folders.Launch("/scenes/bed"))
+        with folders.Folder(aside):  # ./bedload run --restart out.previous, meanwhile
+            assert not folder.take_back(aside)
+            assert is_dir_with(aside, "checkpoint_00000010") and is_dir_with(out, folders.LAUNCH)
+        with (out / "run.lock").open("w") as held:  # bedload-fluid, started by hand
+            fcntl.flock(held, fcntl.LOCK_EX)
+            assert not folder.take_back(aside)
+        assert folder.take_back(aside)
+    assert is_dir_with(out, "checkpoint_00000010") and not aside.exists()
+
+
+def test_a_folder_that_moves_while_it_is_taken_is_not_taken(tmp_path, monkeypatch):
+    """Two commands at once: the file that the second one opened went aside with the earlier run."""
+    out, lock = tmp_path / "out", folders._flock
+
+    def late(file):
+        if out.exists():
+            out.rename(tmp_path / "out.previous")
+        return lock(file)
+
+    monkeypatch.setattr(folders, "_flock", late)
+    with pytest.raises(UserError, match="another `./bedload run` writes"), folders.Folder(out):
+        pass
+
+
+def is_dir_with(folder, name):
+    return folder.is_dir() and (folder / name).exists()
+
+
 def test_a_restart_never_removes_or_invents_the_run_that_it_names(tmp_path):
     previous = tmp_path / "bed.previous"
     checkpoint = previous / "checkpoint_00000100"
@@ -248,10 +339,10 @@ def test_a_restart_is_told_what_the_run_was_told(tmp_path, started, capsys):
     assert "go on with" not in capsys.readouterr().err  # no checkpoint yet
     last = out / "checkpoint_00000100"
     last.mkdir()
-    for more, where in ((["--set", "time.end=9", "--var", "hold=0"], out), ([], last), (["--model", "actm"], out)):
+    for more, where in ((["--set", "time.end=9", "--var", "hold=0"], out), ([], last), (["--model", "rpm"], out)):
         cli.run(cli.parse(["run", "--restart", str(where), *more]))
         line = started[-1]
-        assert line[line.index("model") + 1] == ("actm" if "--model" in more else "rpm")
+        assert line[line.index("model") + 1] == "rpm"
         assert "time.end=9" in line and "time.end=7" not in line  # the second time from the first restart
         assert "checkpoint.every=2" in line and "spheres.forcing_loops=1" in line
         assert line[line.index("hold") + 1] == "0" and line[line.index("density") + 1] == "1.3"
@@ -265,6 +356,21 @@ def test_a_restart_is_told_what_the_run_was_told(tmp_path, started, capsys):
     cli.run(cli.parse(["run", "setup2_small", "--restart", str(out)]))
     assert started[-1][started[-1].index("model") + 1] == "actm_hw"
     assert "time.end=9" not in started[-1]
+
+
+def test_a_restart_keeps_its_model(tmp_path, started, monkeypatch):
+    """bedload-dem would refuse the other one, by the names of fixes."""
+    out = tmp_path / "out"
+    cli.run(cli.parse(["run", "setup2_small", "--model", "rpm", "--out", str(out)]))
+    (out / "checkpoint_00000100").mkdir()
+    for where in (out, out / "checkpoint_00000100"):
+        with pytest.raises(UserError, match="the model 'rpm', and its contacts cannot go on with 'actm'") as refused:
+            cli.run(cli.parse(["run", "--restart", str(where), "--model", "actm", "--out", str(tmp_path / "new")]))
+        assert f"--model actm --set start.from=state --set start.file={out / 'state.h5'}" in str(refused.value)
+    assert len(started) == 1 and not (tmp_path / "new").exists()
+    monkeypatch.setattr(runs, "models", lambda: ["rpm"])  # actm a scene's own, which may keep the same
+    cli.run(cli.parse(["run", "--restart", str(out), "--model", "actm"]))
+    assert started[-1][started[-1].index("model") + 1] == "actm"
 
 
 def test_blanks_in_a_path_do_not_reach_the_script(tmp_path):

@@ -176,6 +176,26 @@ def test_everything_is_shown(folder):
     assert track.std() > 0.05
 
 
+def test_a_full_disk_is_one_sentence(folder, tmp_path):
+    full = shutil.copytree(folder, tmp_path / "full")
+    (full / "report.html").unlink(missing_ok=True)
+    (full / "report.html").symlink_to("/dev/full")
+    done = subprocess.run(
+        ["/usr/bin/python3", "-I", "-B", SHOW, full, "--no-pictures"], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (1, f"{full / 'report.html'}: No space left on device\n")
+
+
+@pytest.mark.parametrize("frames", ["0", "-2"])
+def test_a_film_has_frames(folder, frames):
+    done = subprocess.run(
+        ["/usr/bin/python3", "-I", "-B", SHOW, folder, "--film", "0.0", "--frames", frames],
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert f"--frames is {frames}, but must be at least 1" in done.stderr
+
+
 def test_a_folder_of_kept_results_becomes_a_page(tmp_path):
     (tmp_path / "README.md").write_text("# Drag <of> spheres\n")
     (tmp_path / "drag.csv").write_text("Re,C_d\n10,4.3\n")

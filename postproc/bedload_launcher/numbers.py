@@ -1,0 +1,27 @@
+"""Numbers of the command line with a range: types for argparse, which puts the option's name before their sentence."""
+
+import argparse
+import math
+from collections.abc import Callable
+
+
+def whole(least: int) -> Callable[[str], int]:
+    """Whole numbers from `least` on."""
+
+    def read(text: str) -> int:
+        if (number := int(text)) < least:
+            raise argparse.ArgumentTypeError(f"is {text}, but must be at least {least}")
+        return number
+
+    read.__name__ = "int"  # in argparse's sentence for what is no number
+    return read
+
+
+def finite(text: str) -> float:
+    """A number that is neither inf nor nan."""
+    if not math.isfinite(number := float(text)):
+        raise argparse.ArgumentTypeError(f"is {text}, but must be a finite number")
+    return number
+
+
+finite.__name__ = "float"
