@@ -113,7 +113,8 @@ def _long_fall(runner: Runner, label: str, galileo: float, density: float, strea
                end: float, width: float = NARROW) -> dict[str, np.ndarray]:  # fmt: skip
     """A sphere that settles into its way over a long time; `down` and `across` are velocities in u_g.
 
-    The box is `width` diameters wide and as deep. The stream is about as fast as the sphere falls, so that this stays far from the inflow behind the fringe.
+    The box is `width` diameters wide and as deep. The stream is about as fast as the sphere falls, so that this stays
+    far from the inflow behind the fringe.
     """
     gravity, length = 1.0 / (density - 1.0), 20.0
     cells = round(width * n)
