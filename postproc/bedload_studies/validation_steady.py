@@ -93,8 +93,8 @@ def implicit_step(runner: Runner) -> Result:
     h = _array_edge(fraction) / cells
 
     def drag_of(label: str, diffusion: str, number: float, bound: float | None = None) -> float:
-        drag, _ = _array(runner, label, fraction, cells,
-                         **{"fluid.diffusion": diffusion, "time.step": number * h * h})  # fmt: skip
+        settings: dict[str, object] = {"fluid.diffusion": diffusion, "time.step": number * h * h}
+        drag, _ = _array(runner, label, fraction, cells, None, **settings)
         result.rows.append(Row(f"K, {diffusion}, nu dt/h^2 = {number:g}", drag, reference, bound,
                                source="Zick & Homsy 1982"))  # fmt: skip
         return drag
@@ -404,6 +404,7 @@ def film(runner: Runner) -> Result:
 
 
 CASES = {
-    "array": array, "implicit_step": implicit_step, "offsets": offsets, "rotation": rotation, "shear": shear, "stream": stream,
+    "array": array, "implicit_step": implicit_step,
+    "offsets": offsets, "rotation": rotation, "shear": shear, "stream": stream,
     "touching": touching, "on_wall": on_wall, "film": film,
 }  # fmt: skip
