@@ -17,6 +17,11 @@ from .validation_runs import REFERENCE, Curve, Result, Row, Runner
 NARROW, WIDE = 16.0 / 3.0, 32.0 / 3.0
 
 
+def _of_box(width: float) -> str:
+    """What the label of a run says of its box."""
+    return "-wide" if width == WIDE else ""
+
+
 def _motion(run: Run, tag: int = 1) -> dict[str, np.ndarray]:
     """Samples of one sphere by column."""
     with h5py.File(run.folder / "spheres.h5") as file:
@@ -79,7 +84,7 @@ def uhlmann(runner: Runner) -> Result:
         "that is 5.3 D wide, and 0.7 % of one of 10.7 D."
     )
     for n, width, bound in ((10, NARROW, None), (15, NARROW, 0.03), (10, WIDE, 0.01)):
-        label = f"uhlmann-{n}" + ("-wide" if width == WIDE else "")
+        label = f"uhlmann-{n}" + _of_box(width)
         run, time, u = _settle(runner, label, 144.0, 1.5, reference, n, 25.0, width)
         name = f"D/h = {n}, box {width:.1f} D wide"
         result.rows.append(Row(f"terminal velocity, {name} ({_slip(run)})", float(u[-1]),
@@ -137,7 +142,7 @@ def _oblique(result: Result, runner: Runner, n: int, bound: float | None, sidewa
              width: float = NARROW) -> Result:  # fmt: skip
     """Rows and curves of the fall at Ga 178.46 with D/h = n in a box `width` diameters wide."""
     end, late_from = 120.0, 100.0
-    label = f"oblique-{n}" + ("-wide" if width == WIDE else "")
+    label = f"oblique-{n}" + _of_box(width)
     fall = _long_fall(runner, label, 178.46, 1.5, 1.356, n, end, width)
     late = fall["time"] > late_from
     spin = float(np.linalg.norm(fall["spin"][late].mean(axis=0)))
@@ -190,7 +195,7 @@ def _mordant15(runner: Runner, width: float) -> Result:
     u_g = math.sqrt((ratio - 1.0) * 9.81 * diameter)
     measured, end, late_from, n = 0.218 / u_g, 100.0, 30.0, 15
     # Faster than the reference falls: so fast is the sphere found, and it stays where it is in the box.
-    label = f"mordant15-{n}" + ("-wide" if width == WIDE else "")
+    label = f"mordant15-{n}" + _of_box(width)
     fall = _long_fall(runner, label, 255.35, ratio, 1.5, n, end, width)
     late = fall["time"] > late_from
     result.rows.append(Row(f"vertical velocity, D/h = {n}, mean over t = {late_from:g} to {end:g} (from "
