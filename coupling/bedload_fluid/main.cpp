@@ -236,6 +236,12 @@ int run(Job& job, int argc, char** argv) {
     return 0;
   }
   listen_to_signals();
+  // A run that goes on in a folder reads what another one there may just be replacing.
+  std::optional<RunLock> lock;
+  on_first_rank(job.own(), [&] {
+    std::error_code error;
+    if (std::filesystem::is_directory(options->out, error)) lock.emplace(options->out);
+  });
   std::optional<Resumption> from;
   if (!options->restart.empty()) from = open_checkpoint(options->restart, !job.alone(), job.own());
   const Settings settings =
@@ -252,9 +258,8 @@ int run(Job& job, int argc, char** argv) {
   Resumption* const resumption = from ? &*from : nullptr;
   // Before LIGGGHTS hears of the fluid: its script may write there as well.
   make_output_folder(options->out, job.own());
-  std::optional<RunLock> lock;
   on_first_rank(job.own(), [&] {
-    lock.emplace(options->out);
+    if (!lock) lock.emplace(options->out);
     if (!options->overwrite) check_no_run_is_lost(options->out, resumption);
   });
   std::optional<FluidSide> partner;

@@ -1,5 +1,6 @@
 """The folder of a run: whose it is, what in it is not the program's own, what a fresh start may not take."""
 
+import fcntl
 import os
 import shutil
 import signal
@@ -83,6 +84,17 @@ def test_two_runs_in_one_folder(out):
     finally:
         first.kill()
     assert not (out / "run.lock").exists()
+
+
+def test_a_checkpoint_that_another_run_replaces(out):
+    """A run that goes on where another one writes does not come to read what is there half."""
+    (checkpoint(out, 4) / "grains.h5").write_text("half")
+    with (out / "run.lock").open("w") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        result = job(out, "--steps", "1", restart=out)
+    assert result.status == 1
+    said = spoken(result.output)
+    assert len(said) == 1 and "another run writes in this folder" in said[0]
 
 
 @pytest.mark.parametrize("machine", ["this", "another"])
