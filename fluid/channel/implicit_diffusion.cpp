@@ -18,10 +18,11 @@ ImplicitDiffusion<Real>::ImplicitDiffusion(bool on, double viscosity, const Grid
 
 template <class Real>
 void ImplicitDiffusion<Real>::solve(Predictor<Real>& predictor, Field<Real>& velocity,
-                                    double after_dt, PhaseClock& clock) {
+                                    double after_dt, const Kick& kick, PhaseClock& clock) {
   const double shift = grid_.h * grid_.h / (after_dt * viscosity_);
   for (PoissonSolver<Real>& solver : solvers_) solver.set_shift(shift);
-  for (int j = 0; j < decomposition_.planes(); ++j) eliminate_plane(predictor, j, shift, clock);
+  for (int j = 0; j < decomposition_.planes(); ++j)
+    eliminate_plane(predictor, j, shift, kick, clock);
   for (PoissonSolver<Real>& solver : solvers_) solver.couple();
   for (int j = decomposition_.planes() - 1; j >= 0; --j) {
     for (PoissonSolver<Real>& solver : solvers_) solver.substitute(j, j + 1);
@@ -33,12 +34,18 @@ void ImplicitDiffusion<Real>::solve(Predictor<Real>& predictor, Field<Real>& vel
 
 template <class Real>
 void ImplicitDiffusion<Real>::eliminate_plane(Predictor<Real>& predictor, int j, double shift,
-                                              PhaseClock& clock) {
+                                              const Kick& kick, PhaseClock& clock) {
   const int nx = grid_.cells[0], nz = decomposition_.rows(), planes = decomposition_.planes();
   const auto rhs_row = [&](int c, int k) {
     return solvers_[static_cast<std::size_t>(c)].rhs_row(j, k);
   };
   predictor.implicit_plane(j, rhs_row);
+  for (int c = 0; j < kick.planes && c < 3; ++c)
+    for (int k = 0; k < nz; ++k) {
+      Real* rhs = rhs_row(c, k);
+      const Real* change = kick.change->row(j, k, c);
+      for (int i = 0; i < nx; ++i) rhs[i] += change[i];
+    }
   // What flows through walls does not change.
   if (!grid_.periodic(0))
     for (int k = 0; k < nz; ++k) rhs_row(0, k)[nx - 1] = Real(0);

@@ -26,12 +26,20 @@ class ImplicitDiffusion {
                     const WallGhosts<Real>& walls);
   bool on() const { return !solvers_.empty(); }
 
+  /// What acts beside the predictor's terms: change of velocity in the stage, zero above `planes`.
+  struct Kick {
+    const Field<Real>* change = nullptr;
+    int planes = 0;
+  };
+
   /// u* of one stage over u, with the stage's `after` times dt [T]; `predictor` has begun the
   /// stage.
-  void solve(Predictor<Real>& predictor, Field<Real>& velocity, double after_dt, PhaseClock& clock);
+  void solve(Predictor<Real>& predictor, Field<Real>& velocity, double after_dt, const Kick& kick,
+             PhaseClock& clock);
 
  private:
-  void eliminate_plane(Predictor<Real>& predictor, int j, double shift, PhaseClock& clock);
+  void eliminate_plane(Predictor<Real>& predictor, int j, double shift, const Kick& kick,
+                       PhaseClock& clock);
   void add_increment(Field<Real>& velocity, int j);
 
   double viscosity_;

@@ -122,11 +122,17 @@ void Channel<Real>::predict_planes(int first, int end, EachRow each_row) {
   });
 }
 
-/// u* with implicit diffusion; what the walls give at the end of the stage is known then.
+/// u* with implicit diffusion, which knows of the markers' kept force; what the walls give at the
+/// end of the stage is known then.
 template <class Real>
 void Channel<Real>::diffuse(int stage) {
   const double after = runge_kutta[static_cast<std::size_t>(stage)].after * dt_;
-  diffusion_.solve(predictor_, velocity_, after, clock_);
+  typename ImplicitDiffusion<Real>::Kick kick;
+  if (boundary_)
+    kick = {.change = &boundary_->spread_kept_force(stage_step(stage), dt_),
+            .planes = boundary_->planes_reached_here()};
+  diffusion_.solve(predictor_, velocity_, after, kick, clock_);
+  if (boundary_) boundary_->clear_kept_force();
   budget_.add_local(after * settings_.fluid.kinematic_viscosity / (grid_.h * grid_.h) *
                     local_wall_sum(velocity_, grid_, decomposition_));
 }

@@ -9,6 +9,11 @@ namespace bedload {
 struct FluidChange {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
 
+  FluidChange& operator+=(const FluidChange& more) {
+    linear += more.linear;
+    angular += more.angular;
+    return *this;
+  }
   /// `change` of component c, whose places from the centre, times the change, add up to `moment`.
   void add(int c, double change, const Vec3& moment) {
     const int a = (c + 1) % 3, b = (c + 2) % 3;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <unordered_set>
 
+#include "fluid/grid/diffusion_limit.hpp"
 #include "fluid/immersed_boundary/marker_sweep.hpp"
 #include "fluid/immersed_boundary/stopwatch.hpp"
 #include "fluid/kernels/fnv.hpp"
@@ -68,6 +69,7 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       most_loops_(settings.spheres.forcing_loops),
       interior_term_(settings.spheres.interior_term),
       rigid_core_(settings.spheres.rigid_core),
+      keeps_force_(diffusion_is_implicit(settings, grid)),
       halo_(grid_, decomposition),
       mobile_halo_(grid_, decomposition),
       scratch_(grid_, {1, decomposition.rows()}, 3) {}
@@ -131,6 +133,7 @@ bool ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
                    .home = blocks_.home(sphere.position),
                    .memory = {},
                    .volumes = {},
+                   .kept_forces = {},
                    .share = {}});
   }
   std::sort(now.begin(), now.end(),
@@ -143,7 +146,7 @@ bool ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
         return a.state.tag == b.state.tag && a.state.radius == b.state.radius &&
                a.state.position == b.state.position;
       });
-  keep_volumes(now);
+  keep_by_marker(now);
   mobile_ = std::move(now);
   find_partners();
   return stay;
@@ -239,6 +242,7 @@ void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, dou
   while (true) {
     halo_.clear_ghosts(velocity);
     spread_all(velocity);
+    if (keeps_force_) keep_increments();
     halo_.collect(velocity);
     halo_.refresh(velocity);
     end_loop(loops == 0 ? seconds_.first_loops : seconds_.extra_loops);
@@ -249,6 +253,7 @@ void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, dou
   }
   applied_ = {.loops = loops, .before = before, .after = after};
   sum_applied(stage_step);
+  if (keeps_force_) share_kept_forces();
   end_loop(loops == 1 ? seconds_.first_loops : seconds_.extra_loops);
 
   for (std::size_t n = 0; interior_term_ && n < mobile_.size(); ++n)
@@ -260,14 +265,12 @@ void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, dou
 /// Ghosts near the spheres are left as they were.
 template <class Real>
 void ImmersedBoundary<Real>::carry_cores(Field<Real>& velocity) {
-  const auto carry = [&](const SphereState& sphere) {
-    const double radius = core_of(sphere.radius);
-    return radius > 0.0 ? carry_core(velocity, grid_, decomposition_, sphere, radius)
-                        : FluidChange();
+  const auto carry = [&](const SphereState& sphere, FluidChange& given) {
+    if (const double radius = core_of(sphere.radius); radius > 0.0)
+      given += carry_core(velocity, grid_, decomposition_, sphere, radius);
   };
-  fixed_given_.clear();
-  for (const SphereState& sphere : fixed_) fixed_given_.push_back(carry(sphere));
-  for (Mobile& sphere : mobile_) sphere.given = carry(sphere.state);
+  for (std::size_t n = 0; n < fixed_.size(); ++n) carry(fixed_[n], fixed_given_[n]);
+  for (Mobile& sphere : mobile_) carry(sphere.state, sphere.given);
 }
 
 /// Ghosts near the spheres are valid before and after.
@@ -295,7 +298,7 @@ bool ImmersedBoundary<Real>::within_tolerance(double local_max) const {
   return local_max <= tolerance_;
 }
 
-/// Sums what this rank's fluid got, per sphere and in all.
+/// Sums what this rank's fluid got, per sphere and in all; the next stage begins at zero.
 template <class Real>
 void ImmersedBoundary<Real>::sum_applied(double stage_step) {
   const double to_impulse = density_ * grid_.cell_volume();
@@ -304,10 +307,12 @@ void ImmersedBoundary<Real>::sum_applied(double stage_step) {
     fixed_impulse_[n] += impulse;
     applied_.by_fixed += impulse / stage_step;
   }
+  fixed_given_.assign(fixed_.size(), {});
   for (Mobile& sphere : mobile_) {
     std::copy_n(sphere.given.linear.data(), 3, sphere.share.applied.begin());
     std::copy_n(sphere.given.angular.data(), 3, sphere.share.applied_moment.begin());
     applied_.by_mobile += to_impulse / stage_step * sphere.given.linear;
+    sphere.given = {};
   }
 }
 

@@ -90,6 +90,14 @@ class ImmersedBoundary {
   /// Takes the momentum inside the mobile spheres from the velocity before the predictor.
   void start_stage(const Field<Real>& velocity);
 
+  /// What the markers' kept force (marker_force.hpp) gives to the velocity in a stage of length
+  /// `stage_step` of a step of length `time_step` [T], for the right side of implicit diffusion:
+  /// in planes_reached_here() of this rank's planes, zero above. Between start_stage() and force();
+  /// to be cleared when it has been used.
+  const Field<Real>& spread_kept_force(double stage_step, double time_step);
+  void clear_kept_force();
+  int planes_reached_here() const { return planes_reached_; }
+
   /// This rank's planes from the lowest up to the highest that force() may read or change, on any
   /// rank: the velocity of those above need not be there yet.
   int planes_reached() const {
@@ -136,10 +144,11 @@ class ImmersedBoundary {
   /// Of the mobile spheres whose centre lies in this rank's block, ascending tags.
   std::vector<SphereAccount> accounts() const;
 
-  /// Restart data of the mobile spheres: what is kept of them between stages, each from the rank
-  /// that holds its centre, and the same again on any number of ranks: each reads a share of the
-  /// file, and the spheres go to those that ask for them. Spheres that are not named begin anew,
-  /// tags that are no longer there are passed over. Collective.
+  /// Restart data: what is kept of the mobile spheres between stages, each from the rank that holds
+  /// its centre, the force that markers keep, each from the rank that handles it, and the same
+  /// again on any number of ranks: each reads a share of the file, and the spheres go to those that
+  /// ask for them. Spheres that are not named begin anew, tags that are no longer there are passed
+  /// over. Collective.
   void save(const SaveGroup& group) const;
   void load(const LoadGroup& group);
 
@@ -170,8 +179,9 @@ class ImmersedBoundary {
     SphereMemory memory;
     /// Of the markers, in cells, by component and place in the layout; on every rank that is near.
     std::array<std::vector<Real>, 3> volumes;
-    Share share;        ///< this rank's
-    FluidChange given;  ///< to this block by the last forcing
+    std::array<std::vector<Real>, 3> kept_forces;  ///< likewise
+    Share share;                                   ///< this rank's
+    FluidChange given;                             ///< to this block by the last forcing
   };
   /// By rank: indices of the spheres that are near both that rank and this one.
   using Partners = std::map<int, std::vector<int>>;
@@ -181,7 +191,7 @@ class ImmersedBoundary {
   bool set_mobile(std::span<const SphereState> all);
   Change most_of_all(Change here);
   void hand_over_memories(std::vector<Mobile>& now) const;
-  void keep_volumes(std::vector<Mobile>& now);
+  void keep_by_marker(std::vector<Mobile>& now);
   void find_partners();
   std::vector<Share> complete_shares() const;
   double reaction_share(const SphereState& sphere) const;
@@ -198,8 +208,17 @@ class ImmersedBoundary {
   void find_near_mobile();
   void restore_near_mobile();
   void weigh_mobile();
+  using ByMarker = std::array<std::vector<Real>, 3>;
+  void share_by_marker(ByMarker Mobile::*numbers, std::vector<Real> MarkerList<Real>::*found);
+  void take_by_marker(const MarkerList<Real>& list, std::size_t component,
+                      ByMarker Mobile::*numbers, std::vector<Real>& here, Real unknown) const;
   void share_volumes();
   void use_volumes();
+  void keep_increments();
+  void share_kept_forces();
+  void use_kept_forces();
+  void save_kept_forces(const SaveGroup& group) const;
+  void load_kept_forces(const LoadGroup& group);
   template <class Use>
   SlipSums local_slip(const Field<Real>& velocity, Use use) const;
   SlipSums find_increments(const Field<Real>& velocity);
@@ -225,6 +244,8 @@ class ImmersedBoundary {
   int most_loops_;
   bool interior_term_;  ///< in the loads of the mobile spheres
   bool rigid_core_;
+  bool keeps_force_;              ///< the markers, for implicit diffusion
+  double kept_force_gain_ = 0.0;  ///< of the present step [1/T]
 
   std::vector<MarkerLayout> layouts_;  ///< one per radius
   std::unordered_map<double, std::size_t> layout_by_radius_;

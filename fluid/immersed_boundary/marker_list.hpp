@@ -28,6 +28,7 @@ struct MarkerList {
   std::vector<std::int32_t> offset;  ///< index into the sphere's layout
   std::vector<Real> volume;          ///< in cells, see marker_volume.hpp
   std::vector<Real> increment;       ///< velocity times cells handed over in the present loop [L/T]
+  std::vector<Real> kept_force;      ///< per fluid density, in cells [L/T^2]; marker_force.hpp
 
   int size() const { return ranges.empty() ? 0 : ranges.back().end; }
   /// The arrays keep their length to the end of the next finish(), so that what is written anew

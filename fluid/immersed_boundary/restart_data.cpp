@@ -1,13 +1,15 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <unordered_map>
 #include <utility>
 
 #include "fluid/files/collectively.hpp"
 #include "fluid/grid/send_to_ranks.hpp"
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
 
-// What a checkpoint keeps of the mobile spheres: momentum inside them and what is deferred.
+// What a checkpoint keeps of the mobile spheres, momentum inside them and what is deferred, and of
+// all markers where diffusion is implicit.
 
 namespace bedload {
 namespace {
@@ -38,26 +40,52 @@ std::vector<Kept> read_share(const LoadGroup& group, MPI_Comm comm) {
   return share;
 }
 
+/// The kept force of one marker on its way.
+struct KeptForce {
+  std::int64_t tag;
+  std::int32_t place, rank;  ///< 3 times the place in the layout, and the component; who asks
+  double force;
+};
+
+std::vector<KeptForce> read_force_share(const LoadGroup& group, MPI_Comm comm) {
+  std::vector<KeptForce> share;
+  collectively(comm, [&] {
+    if (!group.has("marker_force")) return;  // of a run with explicit diffusion
+    const Part part = even_share(group.size("marker_force"), comm);
+    const auto tags = group.rows<std::int64_t>("marker_tag", part, 1);
+    const auto places = group.rows<std::int32_t>("marker_place", part, 1);
+    const auto forces = group.rows<double>("marker_force", part, 1);
+    for (std::size_t n = 0; n < tags.size(); ++n)
+      share.push_back({tags[n], places[n], 0, forces[n]});
+  });
+  return share;
+}
+
 /// The rank at which a sphere and those who ask for it meet.
 std::size_t meeting_rank(std::int64_t tag, std::size_t ranks) {
   return static_cast<std::size_t>(tag) % ranks;
 }
 
 /// Of the records on all ranks those whose tags this rank asks for.
-std::vector<Kept> fetch(const std::vector<Kept>& share, const std::vector<std::int64_t>& wanted,
-                        MPI_Comm comm) {
+template <class Record>
+std::vector<Record> fetch(const std::vector<Record>& share, const std::vector<std::int64_t>& wanted,
+                          MPI_Comm comm) {
   int rank = 0, count = 1;
   MPI_Comm_rank(comm, &rank);
   MPI_Comm_size(comm, &count);
   const auto ranks = static_cast<std::size_t>(count);
-  std::vector<std::vector<Kept>> there(ranks), requests(ranks), answers(ranks);
-  for (const Kept& kept : share) there[meeting_rank(kept.tag, ranks)].push_back(kept);
-  for (const std::int64_t tag : wanted)
-    requests[meeting_rank(tag, ranks)].push_back({tag, {}, 0, rank});
-  std::map<std::int64_t, Kept> here;
-  for (const Kept& kept : send_to_ranks(comm, there)) here[kept.tag] = kept;
-  for (const Kept& request : send_to_ranks(comm, requests))
-    if (const auto found = here.find(request.tag); found != here.end())
+  std::vector<std::vector<Record>> there(ranks), requests(ranks), answers(ranks);
+  for (const Record& kept : share) there[meeting_rank(kept.tag, ranks)].push_back(kept);
+  for (const std::int64_t tag : wanted) {
+    Record request{};
+    request.tag = tag;
+    request.rank = rank;
+    requests[meeting_rank(tag, ranks)].push_back(request);
+  }
+  std::multimap<std::int64_t, Record> here;
+  for (const Record& kept : send_to_ranks(comm, there)) here.emplace(kept.tag, kept);
+  for (const Record& request : send_to_ranks(comm, requests))
+    for (auto [found, end] = here.equal_range(request.tag); found != end; ++found)
       answers[static_cast<std::size_t>(request.rank)].push_back(found->second);
   return send_to_ranks(comm, answers);
 }
@@ -81,6 +109,7 @@ void ImmersedBoundary<Real>::save(const SaveGroup& group) const {
   group.rows<std::int64_t>("tag", tags);
   group.rows<std::int32_t>("fresh", fresh);
   for (std::size_t v = 0; v < vectors.size(); ++v) group.rows<double>(vectors[v], numbers[v], 3);
+  if (keeps_force_) save_kept_forces(group);
 }
 
 template <class Real>
@@ -95,6 +124,59 @@ void ImmersedBoundary<Real>::load(const LoadGroup& group) {
     const auto values = known->memory.vectors();
     for (std::size_t v = 0; v < values.size(); ++v) *values[v] = Vec3(kept.values[v].data());
     known->memory.fresh = kept.fresh != 0;
+  }
+  if (keeps_force_) load_kept_forces(group);
+}
+
+template <class Real>
+void ImmersedBoundary<Real>::save_kept_forces(const SaveGroup& group) const {
+  std::vector<std::int64_t> tags;
+  std::vector<std::int32_t> places;
+  std::vector<double> forces;
+  const auto add = [&](const MarkerList<Real>& list, std::size_t c, auto tag_of) {
+    for (const auto& range : list.ranges)
+      for (auto m = static_cast<std::size_t>(range.begin); m < static_cast<std::size_t>(range.end);
+           ++m) {
+        tags.push_back(tag_of(static_cast<std::size_t>(range.sphere)));
+        places.push_back(3 * list.offset[m] + static_cast<std::int32_t>(c));
+        forces.push_back(static_cast<double>(list.kept_force[m]));
+      }
+  };
+  for (std::size_t c = 0; c < 3; ++c) {
+    add(fixed_lists_[c], c, [this](std::size_t n) { return fixed_[n].tag; });
+    add(mobile_lists_[c], c, [this](std::size_t n) { return mobile_[n].state.tag; });
+  }
+  group.rows<std::int64_t>("marker_tag", tags);
+  group.rows<std::int32_t>("marker_place", places);
+  group.rows<double>("marker_force", forces);
+}
+
+template <class Real>
+void ImmersedBoundary<Real>::load_kept_forces(const LoadGroup& group) {
+  std::vector<std::int64_t> wanted;
+  std::unordered_map<std::int64_t, ByMarker> forces;
+  const auto ask = [&](const SphereState& sphere) {
+    wanted.push_back(sphere.tag);
+    const MarkerLayout& layout = layouts_[static_cast<std::size_t>(layout_of(sphere.radius))];
+    for (std::vector<Real>& all : forces[sphere.tag]) all.assign(layout.offsets.size(), Real{});
+  };
+  for (const SphereState& sphere : fixed_) ask(sphere);
+  for (const Mobile& sphere : mobile_) ask(sphere.state);
+  const MPI_Comm comm = decomposition_.comm();
+  for (const KeptForce& kept : fetch(read_force_share(group, comm), wanted, comm)) {
+    std::vector<Real>& all = forces.at(kept.tag)[static_cast<std::size_t>(kept.place % 3)];
+    const auto place = static_cast<std::size_t>(kept.place / 3);
+    if (place < all.size()) all[place] = static_cast<Real>(kept.force);
+  }
+  for (Mobile& sphere : mobile_) sphere.kept_forces = forces.at(sphere.state.tag);
+  use_kept_forces();
+  for (std::size_t c = 0; c < 3; ++c) {
+    MarkerList<Real>& list = fixed_lists_[c];
+    for (const auto& range : list.ranges)
+      for (auto m = static_cast<std::size_t>(range.begin); m < static_cast<std::size_t>(range.end);
+           ++m)
+        list.kept_force[m] = forces.at(fixed_[static_cast<std::size_t>(range.sphere)]
+                                           .tag)[c][static_cast<std::size_t>(list.offset[m])];
   }
 }
 

@@ -173,7 +173,9 @@ std::vector<SphereLoad> ImmersedBoundary<Real>::loads(double stage_step, bool sp
         -cell * applied + after.linear - before.linear + share * memory.deferred_impulse.linear;
     memory.deferred_angular_impulse +=
         -cell * moment + after.angular - before.angular + share * memory.deferred_impulse.angular;
-    const Vec3 angular_impulse = deferred_angular_share_ * memory.deferred_angular_impulse;
+    const Vec3 angular_impulse =
+        deferred_angular_share(deferred_angular_share_, state.density, density_, keeps_force_) *
+        memory.deferred_angular_impulse;
     memory.deferred_angular_impulse -= angular_impulse;
     memory.deferred_impulse.linear *= 1.0 - share;
     memory.deferred_impulse.angular *= 1.0 - share;

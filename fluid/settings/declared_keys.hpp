@@ -156,9 +156,10 @@ void declare_keys(Settings& s, Visitor& key) {
              "Share of a mobile sphere's deferred impulse (what changed inside it between two "
              "forcings) that it gets per stage; 0: density/(density + 4 fluid density).");
   key.number("spheres.deferred_angular_share", s.spheres.deferred_angular_share, "-",
-             Range{0.01, 1.0}, Need::optional,
+             Range{0.0, 1.0}, Need::optional,
              "Share of the angular impulse due to a mobile sphere that it gets per stage; large "
-             "shares are unstable for light spheres.");
+             "shares are unstable for light spheres; 0: 0.5, with implicit diffusion 0.45 "
+             "density/(fluid density), at most 1.");
   key.word(
       "spheres.interior_term", s.spheres.interior_term, on_off_words,
       "Change of the momentum inside a mobile sphere as a part of its load; off: the sphere is "

@@ -95,10 +95,7 @@ struct Settings {
     double retraction = -1.0;
     double pressure_share = 0.25;
     double deferred_impulse_share = 0.0;  // 0: immersed_boundary/deferred_share.hpp
-    // The kernel makes a sphere drag a layer outside it, alpha = 0.6 times as inert as the fluid
-    // inside, by what it turned in the stage before: with share s the spin's error changes by
-    // 1 - s (1 + alpha rho_f/rho_p) per stage.
-    double deferred_angular_share = 0.5;
+    double deferred_angular_share = 0.0;  // 0: likewise
     bool interior_term = true;
     bool rigid_core = true;
     bool buoyancy = true;

@@ -7,8 +7,6 @@
 #include <cmath>
 #include <optional>
 
-#include "fluid/grid/diffusion_limit.hpp"
-
 namespace bedload {
 namespace {
 
@@ -35,25 +33,6 @@ constexpr double thinnest_layer = 0.5;
 constexpr double light = 0.4, light_and_fast = 0.8;
 constexpr double fast_for_one_dem_step = 0.45;
 constexpr double narrow = 1.75, slow_beside_images = 0.2;
-
-/// Diffusion number nu dt/h^2 of an implicit step beyond which markers, whose forcing comes behind
-/// the diffusion, hold back the fluid too little: an array's drag is 2.4 % too small at 0.2,
-/// with explicit diffusion 0.6 %.
-constexpr double longest_diffusion = 0.25;
-
-void warn_of_long_diffusion(const Settings& s, const SphereExtremes& spheres,
-                            std::vector<std::string>& found) {
-  const bool has_spheres = spheres.widest > 0.0 || !s.spheres.file.empty();
-  const Grid grid = make_grid(s);
-  const double number = s.fluid.kinematic_viscosity * s.time.step / (grid.h * grid.h);
-  if (!has_spheres || number <= longest_diffusion || !diffusion_is_implicit(s, grid)) return;
-  found.push_back(fmt::format(
-      "{}: 'time.step' = {} is a diffusion number nu dt/h^2 of {:.2g}; with implicit diffusion the "
-      "spheres' viscous drag comes out too small: by 6 % at 0.64, 14 % at 1.9 and 35 % at 7.2 "
-      "(./bedload study validation implicit_step); explicit diffusion, up to 'time.step' = {:.2g}, "
-      "is right.",
-      s.file, s.time.step, number, explicit_diffusion_limit(grid, s.fluid.kinematic_viscosity)));
-}
 
 void warn_of_speed(const Settings& s, const SphereExtremes& spheres,
                    std::vector<std::string>& found) {
@@ -206,7 +185,6 @@ std::vector<std::string> warnings(const Settings& s, const SphereExtremes& spher
   std::vector<std::string> found;
   warn_of_unequal_masses(s, spheres, found);
   warn_of_speed(s, spheres, found);
-  warn_of_long_diffusion(s, spheres, found);
   if (const auto sentence = thin_layer(spheres)) found.push_back(s.file + ": " + *sentence);
   return found;
 }

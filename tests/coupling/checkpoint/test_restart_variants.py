@@ -29,6 +29,8 @@ VARIANTS = {
     "statistics": dict(fluid=["--set", "statistics.every=1", "--set",
                               "statistics.spectra_heights=[1.5]"], files=["statistics.h5"]),
     "cfl": dict(fluid=["--set", "time.cfl=0.35", "--set", "time.step=0.04"], restless=True),
+    "implicit diffusion": dict(fluid=["--set", 'fluid.diffusion="implicit"']),
+    "implicit diffusion on two": dict(fluid=["--set", 'fluid.diffusion="implicit"'], ranks=(2, 1)),
     "rpm": dict(model="model rpm", **RPM),
     "rpm_hw": dict(model="model rpm tangential haff_werner", **RPM),
     "actm": dict(model="model actm"),

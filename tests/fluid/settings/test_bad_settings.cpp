@@ -295,27 +295,6 @@ TEST(BadSettings, SpheresBeyondTheStudysLimitsAreWarnedOf) {
   EXPECT_EQ(spoken(2.5, 0.1, 0.75 * wide), "");
 }
 
-/// Implicit diffusion makes the drag too small where a step's diffusion crosses cells.
-TEST(BadSettings, LongImplicitStepsAroundSpheresAreWarnedOf) {
-  const auto spoken = [](double diffusion_number, const std::string& diffusion, bool mobile) {
-    Settings s = parse_settings("", "fluid.toml", good);
-    const double h = s.grid.length[0] / s.grid.cells[0];
-    s.fluid.diffusion = diffusion == "implicit" ? Diffusion::implicit : Diffusion::automatic;
-    s.fluid.kinematic_viscosity = diffusion_number * h * h / s.time.step;
-    SphereState sphere{.tag = 1, .radius = 3.0 * h, .mobile = mobile};
-    sphere.density = 2.0 * s.fluid.density;
-    std::string all;
-    for (const std::string& warning : warnings(s, extremes_of(s, std::vector{sphere})))
-      all += warning + "\n";
-    return all;
-  };
-  EXPECT_THAT(spoken(0.5, "implicit", true), HasSubstr("a diffusion number nu dt/h^2 of 0.5"));
-  EXPECT_THAT(spoken(0.5, "auto", true), HasSubstr("a diffusion number nu dt/h^2 of 0.5"));
-  EXPECT_EQ(spoken(0.2, "implicit", true), "");
-  EXPECT_EQ(spoken(0.15, "auto", true), "");
-  EXPECT_EQ(spoken(0.5, "implicit", false), "");
-}
-
 /// The scenes that come with the program give none, but for the sphere that rolls down a plane:
 /// there gravity along x is meant for the sphere alone, as in a tank on a slope.
 TEST(BadSettings, ScenesThatAreShippedAreNotWarnedOf) {
