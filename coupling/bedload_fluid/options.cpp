@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdint>
 #include <filesystem>
+#include <string>
+#include <system_error>
 
 #include "coupling/version.hpp"
 #include "fluid/checkpoint/checkpoint_store.hpp"
@@ -23,6 +27,15 @@ std::string default_output(const std::string& file) {
 /// The output folder of the run that `--restart` names, itself or one of its checkpoints.
 std::string run_of_checkpoint(const std::string& where) {
   return std::filesystem::path(locate_checkpoint(where).folder).parent_path().string();
+}
+
+/// Empty where `word` is a whole number from 0 on, else what is wrong with it.
+std::string count_error(const std::string& word) {
+  const char* const end = word.data() + word.size();
+  std::int64_t number = 0;
+  const auto [stop, error] = std::from_chars(word.data(), end, number);
+  if (error == std::errc() && stop == end && number >= 0) return {};
+  return fmt::format("is {}, but must be a whole number, at least 0", word);
 }
 
 }  // namespace
@@ -46,10 +59,9 @@ std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first
                  "the run goes on in that folder");
   app.add_flag("--overwrite", options.overwrite,
                "Begin in a folder that holds the checkpoints of another run, which are removed");
-  app.add_option("--steps", options.steps, "Stop after this many time steps")
-      ->check(CLI::NonNegativeNumber);
+  app.add_option("--steps", options.steps, "Stop after this many time steps")->check(count_error);
   app.add_option("--warm-up", options.warm_up, "Leave the first N steps out of the table of times")
-      ->check(CLI::NonNegativeNumber);
+      ->check(count_error);
   app.add_flag("--without-grains", options.without_grains,
                "Run a scene with a LIGGGHTS script (in.liggghts) as a flow without its grains");
   app.add_flag(

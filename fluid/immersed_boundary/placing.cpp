@@ -1,14 +1,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <optional>
 
 #include "fluid/grid/mpi_records.hpp"
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
 #include "fluid/immersed_boundary/marker_volume.hpp"
-#include "fluid/immersed_boundary/neighbour_messages.hpp"
 #include "fluid/immersed_boundary/stopwatch.hpp"
 
 // Where the spheres' markers are, and how much fluid each of them stands for.
@@ -22,8 +20,6 @@ namespace {
 constexpr double shared_reach = 2.5;
 
 constexpr std::array<std::size_t, 3> components{0, 1, 2};
-
-constexpr int found_numbers_message = 24, all_numbers_message = 25;  // message tags
 
 }  // namespace
 
@@ -302,107 +298,13 @@ void ImmersedBoundary<Real>::weigh_mobile() {
   mobile_halo_.clear_touched(scratch_);
 }
 
-/// What is kept of the markers of the spheres that stay, by tag, goes over to `now`.
-template <class Real>
-void ImmersedBoundary<Real>::keep_by_marker(std::vector<Mobile>& now) {
-  auto old = mobile_.begin();
-  for (Mobile& sphere : now) {
-    while (old != mobile_.end() && old->state.tag < sphere.state.tag) ++old;
-    if (old == mobile_.end()) break;
-    if (old->state.tag != sphere.state.tag || old->state.radius != sphere.state.radius) continue;
-    sphere.volumes = std::move(old->volumes);
-    sphere.kept_forces = std::move(old->kept_forces);
-  }
-}
-
-/// Tells all ranks near a sphere the `numbers` of all its markers, of which each rank has `found`
-/// those of its own: on its way some may go over to another rank. The rank that holds the centre
-/// adds up what the others found.
-template <class Real>
-void ImmersedBoundary<Real>::share_by_marker(ByMarker Mobile::*numbers,
-                                             std::vector<Real> MarkerList<Real>::*found) {
-  for (Mobile& sphere : mobile_) {
-    const MarkerLayout& layout = layouts_[static_cast<std::size_t>(layout_of(sphere.state.radius))];
-    for (std::vector<Real>& all : sphere.*numbers) all.assign(layout.offsets.size(), Real{});
-  }
-  for (const std::size_t c : components) {
-    const MarkerList<Real>& list = mobile_lists_[c];
-    for (const auto& range : list.ranges) {
-      std::vector<Real>& all = (mobile_[static_cast<std::size_t>(range.sphere)].*numbers)[c];
-      for (auto m = static_cast<std::size_t>(range.begin); m < static_cast<std::size_t>(range.end);
-           ++m)
-        all[static_cast<std::size_t>(list.offset[m])] = (list.*found)[m];
-    }
-  }
-  const auto use_all = [this, numbers](const std::vector<int>& spheres, auto use) {
-    for (const int n : spheres)
-      for (std::vector<Real>& all : mobile_[static_cast<std::size_t>(n)].*numbers)
-        for (Real& number : all) use(number);
-  };
-  const auto pass = [&](int tag, const Partners& senders, const Partners& receivers, auto take) {
-    std::map<int, std::vector<double>> leaving, coming;
-    for (const auto& [rank, spheres] : receivers)
-      use_all(spheres, [&message = leaving[rank]](Real v) { message.push_back(double{v}); });
-    for (const auto& [rank, spheres] : senders) {
-      std::size_t count = 0;
-      use_all(spheres, [&count](Real) { ++count; });
-      coming[rank].resize(count);
-    }
-    exchange_numbers(decomposition_.comm(), tag, leaving, coming);
-    for (const auto& [rank, spheres] : senders) {
-      const double* next = coming[rank].data();
-      use_all(spheres, [&](Real& v) { take(v, static_cast<Real>(*next++)); });
-    }
-  };
-  pass(found_numbers_message, guests_, homes_, [](Real& here, Real more) { here += more; });
-  pass(all_numbers_message, homes_, guests_, [](Real& here, Real all) { here = all; });
-}
-
-/// The `numbers` of a list's markers as they are now. A rank that a sphere has come near to since
-/// does not know them (`unknown`), but no sphere goes so far in a step that its markers are there.
-template <class Real>
-void ImmersedBoundary<Real>::take_by_marker(const MarkerList<Real>& list, std::size_t component,
-                                            ByMarker Mobile::*numbers, std::vector<Real>& here,
-                                            Real unknown) const {
-  for (const auto& range : list.ranges) {
-    const auto& all = (mobile_[static_cast<std::size_t>(range.sphere)].*numbers)[component];
-    for (auto m = static_cast<std::size_t>(range.begin); m < static_cast<std::size_t>(range.end);
-         ++m)
-      here[m] = all.empty() ? unknown : all[static_cast<std::size_t>(list.offset[m])];
-  }
-}
-
-template <class Real>
-void ImmersedBoundary<Real>::share_volumes() {
-  share_by_marker(&Mobile::volumes, &MarkerList<Real>::volume);
-}
-
-/// Volumes of the step's begin for the markers as they are now.
-template <class Real>
-void ImmersedBoundary<Real>::use_volumes() {
-  for (const std::size_t c : components)
-    take_by_marker(mobile_lists_[c], c, &Mobile::volumes, mobile_lists_[c].volume, Real{1});
-}
-
 template int ImmersedBoundary<float>::highest_reached_here() const;
 template void ImmersedBoundary<float>::find_planes_reached();
 template void ImmersedBoundary<float>::place_fixed();
 template void ImmersedBoundary<float>::place_mobile(bool);
-template void ImmersedBoundary<float>::keep_by_marker(std::vector<Mobile>&);
-template void ImmersedBoundary<float>::share_by_marker(ByMarker Mobile::*,
-                                                       std::vector<float> MarkerList<float>::*);
-template void ImmersedBoundary<float>::take_by_marker(const MarkerList<float>&, std::size_t,
-                                                      ByMarker Mobile::*, std::vector<float>&,
-                                                      float) const;
 template int ImmersedBoundary<double>::highest_reached_here() const;
 template void ImmersedBoundary<double>::find_planes_reached();
 template void ImmersedBoundary<double>::place_fixed();
 template void ImmersedBoundary<double>::place_mobile(bool);
-template void ImmersedBoundary<double>::keep_by_marker(std::vector<Mobile>&);
-template void ImmersedBoundary<double>::share_by_marker(ByMarker Mobile::*,
-                                                        std::vector<double> MarkerList<double>::*);
-template void ImmersedBoundary<double>::take_by_marker(const MarkerList<double>&, std::size_t,
-                                                       ByMarker Mobile::*, std::vector<double>&,
-                                                       double) const;
 
 }  // namespace bedload
