@@ -22,7 +22,7 @@ from bedload_launcher.scenes import Scene
 from bedload_post.batches import Estimate
 from bedload_post.outputs import Run
 
-from . import validation_moving, validation_steady
+from . import validation_falls, validation_rebounds, validation_steady
 from .effects import without_lubrication
 from .scene_answers import LEAST_SECONDS, MOST_REPEATS, difference, grain_series
 from .small_scenes import Ball, SmallScene
@@ -148,7 +148,7 @@ def settling(runner: PricedRunner, label: str, n: float, settings: dict) -> floa
 
     def velocity(name: str, cells: int, more: dict) -> float:
         step = more.get("step", 1.0) * min(0.3 / cells, 0.18 * 144.0 / cells**2)
-        _, _, u = validation_moving._settle(
+        _, _, u = validation_falls._settle(
             runner, name, 144.0, 1.5, 1.285, cells, SETTLED, width=4.0, step=step, **keys_of(more)
         )
         return float(u[-1])
@@ -170,7 +170,7 @@ def rebound(runner: PricedRunner, label: str, n: float, settings: dict) -> float
     step = settings.get("step", 1.0) * per_cells / n
 
     def error(name: str, place: tuple[float, float, float]) -> float:
-        peak = validation_moving._rebound(
+        peak = validation_rebounds._rebound(
             runner, name, int(n), place, width=5, step=step, variables=variables, **more
         )[2]
         return peak / diameter / 2.489 - 1.0

@@ -13,7 +13,7 @@ from bedload_post.batches import Estimate, estimate
 from bedload_post.flow_statistics import FlowStatistics
 from bedload_post.outputs import Run
 
-from .validation_runs import Curve, Result, Row, Runner
+from .validation_runs import Curve, Result, Row, Runner, thin
 
 GALILEO = 0.397
 LOOSE = 0.05  # grains' share of the volume at which the clear fluid begins
@@ -190,9 +190,7 @@ def erosion_long(runner: Runner) -> Result:
     ]
     result.rows.append(Row("flux of grains, last fifth of the time over the fourth", fifths[4] / fifths[3], 1.0,
                            source="steady"))  # fmt: skip
-    every = max(1, len(time) // 150)
-    result.curves += [Curve("flux of grains over fluid", np.round(time[::every], 3).tolist(),
-                            np.round(over_fluid[::every], 6).tolist())]  # fmt: skip
+    result.curves.append(Curve("flux of grains over fluid", *thin(time, over_fluid, digits=(3, 6))))
     result.curves += [Curve(f"{what} measured", [0.0, float(time[-1])], [flux, flux])
                       for what, flux in zip(("least", "most"), reference.flux, strict=True)]  # fmt: skip
     return result
@@ -211,6 +209,10 @@ CHOICES: dict[str, tuple[dict[str, object], dict[str, object]]] = {
     "box twice as long": (
         {"grid.cells": [96, 96, 36], "grid.length": [16.0, 16.0, 6.0]},
         {"bed_file": "bed_long.data", "length_x": 16.0},
+    ),
+    "box of 12 D x 12 D": (  # theirs: 11.3 D
+        {"grid.cells": [72, 96, 72], "grid.length": [12.0, 16.0, 12.0]},
+        {"bed_file": "bed_wide.data", "length_x": 12.0, "length_z": 12.0},
     ),
     "bed of 13 D": (
         {"grid.cells": [48, 120, 36], "grid.length": [8.0, 20.0, 6.0], "flow.bulk_velocity": 0.0152,

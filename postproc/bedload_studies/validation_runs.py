@@ -1,5 +1,6 @@
-"""Running the validation scenes, and what a case hands back. No study of its own."""
+"""Running the validation scenes, what a case compares with, and what it hands back. No study of its own."""
 
+import csv
 import json
 import shutil
 import subprocess
@@ -8,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+import numpy as np
 from bedload_launcher.build import BIN
 from bedload_launcher.errors import UserError
 from bedload_launcher.job import Ranks, environment
@@ -80,6 +82,25 @@ class Result:
         record["curves"] = [Curve(**curve) for curve in record["curves"]]
         record["axes"] = tuple(record["axes"])
         return cls(**record)
+
+
+def reference_rows(file: str, case: str) -> np.ndarray:
+    """Rows of one case of a file in `reference/`, without its name, shape (rows, columns)."""
+    with (REFERENCE / file).open(encoding="utf-8") as stream:
+        lines = csv.reader(line for line in stream if not line.startswith("#"))
+        return np.array([[float(v) for v in line[1:]] for line in lines if line[0] == case])
+
+
+def thin(
+    x: np.ndarray, y: np.ndarray, most: int = 150, digits: tuple[int, int] | None = (6, 6)
+) -> tuple[list[float], list[float]]:
+    """Evenly chosen points of a curve, less than twice `most`, for a Curve. `digits`: decimals to which x and y are
+    rounded; None: as they are."""
+    every = max(1, len(x) // most)
+    x, y = x[::every], y[::every]
+    if digits is not None:
+        x, y = np.round(x, digits[0]), np.round(y, digits[1])
+    return x.tolist(), y.tolist()
 
 
 @dataclass

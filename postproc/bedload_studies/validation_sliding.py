@@ -131,9 +131,9 @@ def _sliding_free(runner: Runner, result: Result) -> None:
             settings, values = _wall_box(n, gap, 3.0)
             run = runner("sliding", f"sliding-free-{switch}-{n}-{gap}", settings | from_coarser(run, 0.8),
                          values | {"tangential": switch, "force": pull, "u": u, "spin": -spin})  # fmt: skip
-            with h5py.File(run.folder / "spheres.h5") as file:
-                found = file["mobile/velocity"][-1][0], -file["mobile/angular_velocity"][-1][2]
-                lost = (file["mobile/position"][-1][1] - 0.5) * n / gap - 1.0
+            motion = run.samples_of(1)
+            found = motion.velocity[-1, 0], -motion.angular_velocity[-1, 2]
+            lost = (motion.position[-1, 1] - 0.5) * n / gap - 1.0
             what = (f"free sphere pulled along a wall, gap {gap} h ({100 * lost:+.1f} % at the end), D/h = {n}, "
                     f"tangential {switch}")  # fmt: skip
             # With the films as good as the forces above; the spin is a tenth of the velocity or less.
@@ -186,9 +186,8 @@ def _rolling(runner: Runner, label: str, nominal: float, drag: float, settings: 
     }  # fmt: skip
     variables = {"density": ratio, "along": along, "down": down, "lubrication_settings": settings}
     run = runner("rolling", label, settings_of_fluid, variables)
-    with h5py.File(run.folder / "spheres.h5") as file:
-        time, speed = file["mobile/time"][:], file["mobile/velocity"][:, 0]
-    speed = float(np.mean(speed[time > 0.75 * time[-1]]))
+    motion = run.samples_of(1)
+    speed = float(np.mean(motion.velocity[motion.time > 0.75 * motion.time[-1], 0]))
     return speed * nominal, drag / speed**2
 
 

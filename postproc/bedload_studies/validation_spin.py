@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 
 from .sphere_theory import RADIUS, spin_left, spun_up_torque
-from .validation_runs import Curve, Result, Row, Runner
+from .validation_runs import Curve, Result, Row, Runner, thin
 from .validation_steady import DIFFUSION
 
 TIMES = np.array([0.1, 0.25, 0.5, 1.0])  # nu t/R^2
@@ -37,8 +37,8 @@ def spin(runner: Runner) -> Result:
                                    float(exact), 0.02 if tau < 0.2 else 0.01, source="exact"))  # fmt: skip
         for density in (0.5, 1.0, 2.5, 8.0):
             run = runner("rotation", f"spin-{n}-{density}", settings, {"density": density, "motion": "nve/sphere"})
-            with h5py.File(run.folder / "spheres.h5") as file:
-                time, left = file["mobile/time"][:], file["mobile/angular_velocity"][:, 2] / 2.0
+            motion = run.samples_of(1)
+            time, left = motion.time, motion.angular_velocity[:, 2] / 2.0
             # The markers' layer takes part of the spin at once, and the sphere gets half of what is due a stage late:
             # worth 0.8 % of the start's while the layer is as thin as the kernel, 0.4 % later.
             for tau, found, exact in zip(TIMES, np.interp(instants, time, left), spin_left(density, 1.0, instants),
@@ -47,9 +47,8 @@ def spin(runner: Runner) -> Result:
                                        float(found), float(exact), 0.01 if tau < 0.2 else 0.005, 1.0,
                                        "exact"))  # fmt: skip
             if n == 8:
-                every = max(1, len(time) // 40)
-                result.curves.append(Curve(f"rho_p/rho_f = {density:g}, D/h = 8", (time[::every] / RADIUS**2).tolist(),
-                                           left[::every].tolist(), points=True))  # fmt: skip
+                points = thin(time / RADIUS**2, left, 40, digits=None)
+                result.curves.append(Curve(f"rho_p/rho_f = {density:g}, D/h = 8", *points, points=True))
     across = np.linspace(0.0, 1.0, 200)
     for density in (0.5, 1.0, 2.5, 8.0):
         result.curves.append(Curve(f"exact, {density:g}", across.tolist(),

@@ -2,10 +2,11 @@
 
 import math
 
+import h5py
 import numpy as np
 from bedload_post.outputs import Run
 
-from .validation_runs import Curve, Result, Row, Runner
+from .validation_runs import Curve, Result, Row, Runner, thin
 
 DIFFUSION = 0.2  # nu dt / h^2 of the Stokes cases; explicit diffusion is stable up to 0.209
 
@@ -83,30 +84,50 @@ def array(runner: Runner) -> Result:
 
 
 def implicit_step(runner: Runner) -> Result:
-    """Drag of an array where implicit diffusion takes steps that explicit diffusion could not."""
-    result = Result("Drag of an array (volume fraction 0.027, D/h = 8) with implicit diffusion",
+    """Drag of arrays, and of a free sphere, where implicit diffusion takes steps that explicit diffusion could not."""
+    result = Result("Drag with long steps of implicit diffusion, D/h = 8",
                     axes=("diffusion number nu dt/h^2", "error of K / %"))  # fmt: skip
     result.remarks.append("The forcing comes behind the diffusion of a stage, which knows of the force that markers "
                           "keep (fluid/immersed_boundary/marker_force.hpp).")  # fmt: skip
-    fraction, cells = 0.027, 21
-    reference, numbers, errors = ZICK_HOMSY[fraction], (DIFFUSION, 0.64, 1.9, 7.2, 30.0), []
-    length = _array_edge(fraction)
-    h = length / cells
 
-    def drag_of(label: str, diffusion: str, number: float) -> float:
+    def drag_of(fraction: float, cells: int, diffusion: str, number: float) -> float:
+        length = _array_edge(fraction)
+        h = length / cells
         end = max(0.3 * length**2, 150 * number * h * h)  # the kept force takes steps to come
         settings: dict[str, object] = {"fluid.diffusion": diffusion, "time.step": number * h * h,
                                        "time.end": end}  # fmt: skip
-        drag, _ = _array(runner, label, fraction, cells, None, **settings)
-        result.rows.append(Row(f"K, {diffusion}, nu dt/h^2 = {number:g}", drag, reference, 0.02,
-                               source="Zick & Homsy 1982"))  # fmt: skip
+        drag, _ = _array(runner, f"{diffusion}-{fraction}-{number:g}", fraction, cells, None, **settings)
+        result.rows.append(Row(f"K, volume fraction {fraction}, {diffusion}, nu dt/h^2 = {number:g}", drag,
+                               ZICK_HOMSY[fraction], 0.02, source="Zick & Homsy 1982"))  # fmt: skip
         return drag
 
-    drag_of("explicit-step", "explicit", DIFFUSION)  # bound as in the case array
-    for number in numbers:
-        errors.append(100 * (drag_of(f"implicit-{number:g}", "implicit", number) / reference - 1))
-    result.curves.append(Curve("implicit", list(numbers), errors))
+    for fraction, cells, numbers in ((0.027, 21, (DIFFUSION, 0.64, 1.9, 7.2, 30.0)), (0.343, 9, (1.9, 7.2))):
+        drag_of(fraction, cells, "explicit", DIFFUSION)  # bound as in the case array
+        drags = [drag_of(fraction, cells, "implicit", number) for number in numbers]
+        result.curves.append(Curve(f"implicit, volume fraction {fraction}", list(numbers),
+                                   [100 * (drag / ZICK_HOMSY[fraction] - 1) for drag in drags]))  # fmt: skip
+    for density in (0.3, 0.9, 2.0, 8.0):
+        due = _settled(runner, density, "explicit", DIFFUSION)
+        result.rows.append(Row(f"speed of a sphere that settles in a cube of 4 D, density ratio {density:g}, implicit, "
+                               "nu dt/h^2 = 3.2", _settled(runner, density, "implicit", 3.2), due, 0.01,
+                               source="explicit diffusion"))  # fmt: skip
     return result
+
+
+def _settled(runner: Runner, density: float, diffusion: str, number: float) -> float:
+    """Speed of a free sphere in a periodic cube of 4 D at Ga = 1 without inertia of the fluid, once it is steady."""
+    n, width, gravity = 8, 4.0, 1.0 / (density - 1.0)
+    h = 1.0 / n
+    # Ten times what diffusion across the cube, and what the heaviest sphere, takes.
+    run = runner("settling", f"{diffusion}-settling-{density:g}", {
+        "fluid.kinematic_viscosity": 1.0, "fluid.convection": "off", "fluid.diffusion": diffusion,
+        "fluid.gravity": [-gravity, 0.0, 0.0], "grid.cells": [round(width * n)] * 3, "grid.length": [width] * 3,
+        "flow.bulk_velocity": 0.0, "fringe.rate": 0.0, "fringe.velocity": 0.0,
+        "time.step": number * h * h, "time.end": 4.0,
+    }, {"density": density, "gravity": gravity, "stream": 0.0, "width": width, "length": width,
+        "x": 0.5 * width, "y": 0.5 * width + 0.04, "z": 0.5 * width - 0.03})  # fmt: skip
+    with h5py.File(run.folder / "spheres.h5") as file:
+        return -float(file["mobile/velocity"][-1, 0])
 
 
 def offsets(runner: Runner) -> Result:
@@ -131,8 +152,6 @@ def offsets(runner: Runner) -> Result:
 
 def last_load(run: Run) -> tuple[np.ndarray, np.ndarray]:
     """Force and torque on the only mobile sphere in the last sample."""
-    import h5py
-
     with h5py.File(run.folder / "spheres.h5") as file:
         return file["mobile/force"][-1], file["mobile/torque"][-1]
 
@@ -172,8 +191,6 @@ def shear(runner: Runner) -> Result:
             "fluid.kinematic_viscosity": viscosity, "time.step": step,
             "time.end": max(9.0 / viscosity, 8.0 if re >= 1 else 0.0),
         })  # fmt: skip
-        import h5py
-
         with h5py.File(run.folder / "spheres.h5") as file:
             rates.append(-float(file["mobile/angular_velocity"][-1][2]))
     result.rows.append(Row("rotation over shear rate, Re = 0.01", rates[0], 0.5, 0.01,
@@ -203,8 +220,6 @@ def stream(runner: Runner) -> Result:
                 "grid.cells": [16 * n, int(width * n), int(width * n)],
                 "grid.length": [16.0, width, width], "time.step": step, "time.end": 15.0,
             }, {"ly": width, "lz": width, "y": 0.5 * width + 0.02, "z": 0.5 * width - 0.03})  # fmt: skip
-            import h5py
-
             with h5py.File(run.folder / "spheres.h5") as file:
                 time, force = file["mobile/time"][:], file["mobile/force"][:, 0]
             drag = force / (math.pi / 8.0)
@@ -213,9 +228,8 @@ def stream(runner: Runner) -> Result:
                                    f"(slip rms {100 * slip:.2f} % of U)", float(drag[-1]),
                                    reference, bound, source="Clift, Grace & Weber 1978"))  # fmt: skip
             keep = time > 1.0
-            every = max(1, int(keep.sum()) // 100)
-            result.curves.append(Curve(f"Re {re}, D/h = {n}, {width:g} D", time[keep][::every].tolist(),
-                                       drag[keep][::every].tolist()))  # fmt: skip
+            points = thin(time[keep], drag[keep], 100, digits=None)
+            result.curves.append(Curve(f"Re {re}, D/h = {n}, {width:g} D", *points))
     return result
 
 
@@ -336,8 +350,6 @@ def _squeezed(runner: Runner, n: int, gap: float) -> float:
 
 def _squeezed_pair(runner: Runner, n: int, gap: float, direction: tuple, name: str) -> float:
     """The same of two spheres that approach each other along a direction."""
-    import h5py
-
     d = np.array(direction) / np.linalg.norm(direction)
     half = 0.5 * (1.0 + gap / n)
     values = {"length": 5.0}

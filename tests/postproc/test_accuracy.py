@@ -153,7 +153,7 @@ def test_a_case_keeps_the_scales_of_its_collision_model_on_every_grid():
         return 0.0, 0.0, 0.003 * 2.489, None
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(accuracy_cases.validation_moving, "_rebound", runs)
+        patch.setattr(accuracy_cases.validation_rebounds, "_rebound", runs)
         patch.setattr(accuracy_cases, "over_positions", lambda _, label, error: error(label, (0.0, 0.0, 0.0)))
         for n, settings in ((8, {}), (14, {}), (10, {"step": 0.5})):
             assert accuracy_cases.rebound(None, "trial", n, settings) == pytest.approx(0.0)

@@ -2,20 +2,20 @@
 
 import numpy as np
 import pytest
-from bedload_studies import validation_moving as moving
+from bedload_studies import validation_rebounds as rebounds
 
 
 def test_bounces_are_read_where_the_gap_passes_a_tenth_of_the_diameter():
     """Straight ways, D = 2: towards the wall at 3, back at 1.5, again at 1.2 and back at 0.3; too low for a third."""
     corners = np.array([(0.0, 3.0), (1.0, 0.0), (2.0, 1.5), (3.25, 0.0), (4.25, 0.3), (5.25, 0.1), (6.25, 0.15)])
     time = np.linspace(0.0, 6.25, 2501)
-    first, second = moving._bounces(time, np.interp(time, *corners.T), 2.0)
+    first, second = rebounds._bounces(time, np.interp(time, *corners.T), 2.0)
     assert (first.speed, first.restitution) == pytest.approx((3.0, 0.5))
     assert (second.speed, second.restitution) == pytest.approx((1.2, 0.25))
 
 
 def test_restitution_of_a_measured_peak_goes_as_the_root_of_the_height():
-    assert moving.Bounce(3.0, 0.5).measured(2.0, 0.5) == moving.Bounce(3.0, 0.25)
+    assert rebounds.Bounce(3.0, 0.5).measured(2.0, 0.5) == rebounds.Bounce(3.0, 0.25)
 
 
 def test_restitution_between_two_bounces_is_that_of_the_law_through_them():
@@ -23,10 +23,10 @@ def test_restitution_between_two_bounces_is_that_of_the_law_through_them():
         return 0.9 * np.exp(-30.0 / stokes)
 
     ends = [(20.0, law(20.0)), (80.0, law(80.0))]
-    assert moving._restitution_between(40.0, ends) == pytest.approx(law(40.0))
-    assert moving._restitution_between(20.0, ends) == pytest.approx(law(20.0))
+    assert rebounds._restitution_between(40.0, ends) == pytest.approx(law(40.0))
+    assert rebounds._restitution_between(20.0, ends) == pytest.approx(law(20.0))
 
 
 def test_stokes_numbers_of_the_experiments_are_those_of_their_names():
-    assert moving.ST152.stokes(moving.ST152.speed) == pytest.approx(152.0, rel=0.01)
-    assert moving.ST27.stokes(moving.ST27.speed) == pytest.approx(27.0, rel=0.01)
+    assert rebounds.ST152.stokes(rebounds.ST152.speed) == pytest.approx(152.0, rel=0.01)
+    assert rebounds.ST27.stokes(rebounds.ST27.speed) == pytest.approx(27.0, rel=0.01)
