@@ -79,11 +79,7 @@ void CoupledRun::run(int narg, char** arg) {
   fluid->set_time_step(fluid->fluid_time_step());
   fluid->allow_run(true);
   refuse_clumps(lmp);
-  fluid->check_scene();
-  fluid->check_integrated();
-  fluid->check_motion();  // the script may have moved them
-  fluid->check_tags();
-  fluid->check_fixed();
+  fluid->check_before_run();
   warn_without_walls(lmp, fluid->names_fixed());
   warn_without_spin(lmp);
   prepare(*fluid, std::max<std::int64_t>(0, behind), most_steps);

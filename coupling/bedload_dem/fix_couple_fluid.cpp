@@ -3,36 +3,28 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <cmath>
-#include <limits>
-#include <optional>
+#include <cstddef>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "atom.h"
 #include "comm.h"
 #include "coupling/bedload_dem/attach.hpp"
+#include "coupling/bedload_dem/over_ranks.hpp"
 #include "coupling/bedload_dem/restarted_dumps.hpp"
-#include "coupling/bedload_dem/script_gravity.hpp"
-#include "coupling/bedload_dem/script_rules.hpp"
+#include "coupling/bedload_dem/scene_description.hpp"
 #include "coupling/exchange/clock.hpp"
-#include "coupling/exchange/handshake.hpp"
 #include "coupling/exchange/stages.hpp"
 #include "coupling/job/roles.hpp"
 #include "domain.h"
-#include "error.h"
 #include "fix_property_atom.h"
-#include "fluid/kernels/fnv.hpp"
 #include "fluid/settings/errors.hpp"
 #include "fluid/validation/validate.hpp"
 #include "force.h"
 #include "group.h"
 #include "integrate.h"
 #include "lammps.h"
-#include "liggghts_styles/fix_lubrication.hpp"
-#include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/hand_on.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
@@ -41,7 +33,6 @@
 #include "neighbor.h"
 #include "output.h"
 #include "pair.h"
-#include "pair_gran.h"
 #include "update.h"
 
 namespace bedload {
@@ -60,45 +51,25 @@ LAMMPS_NS::FixPropertyAtom* add_vector_per_atom(LAMMPS_NS::Modify& modify, const
                                       const_cast<char**>(words.data()), caller);
 }
 
-/// pair_style and, for granular contacts, the models in it that have a name here.
-std::string describe_contacts(LAMMPS_NS::Force& force) {
-  std::string text = fmt::format("pair_style {}", force.pair_style);
-  if (std::string_view(force.pair_style) != "gran") return text;
-  auto& pair = static_cast<LAMMPS_NS::PairGran&>(*force.pair);
-  constexpr std::array<std::array<const char*, 3>, 8> models{
-      {{"normal", "model", "actm"},
-       {"normal", "model", "rpm"},
-       {"normal", "model", "hertz"},
-       {"normal", "model", "hooke"},
-       {"tangential", "tangential", "haff_werner"},
-       {"tangential", "tangential", "history"},
-       {"tangential", "tangential", "no_history"},
-       {"cohesion", "cohesion", "sjkr"}}};
-  for (const auto& [kind, keyword, name] : models)
-    if (pair.contact_match(kind, name)) text += fmt::format(" {} {}", keyword, name);
-  return text;
-}
-
-Triple triple(const double* v) { return {v[0], v[1], v[2]}; }
-
-template <class T>
-T reduced(T value, MPI_Datatype type, MPI_Op operation, MPI_Comm world) {
-  MPI_Allreduce(MPI_IN_PLACE, &value, 1, type, operation, world);
-  return value;
+/// Bit of the group behind `fixed`; 0: the line names none.
+int fixed_bit_of(LAMMPS_NS::LAMMPS* lmp, int narg, char** arg) {
+  const Arguments given(lmp, FixCoupleFluid::help,
+                        std::span(arg, static_cast<std::size_t>(narg)).subspan(3));
+  if (!given.has("fixed")) return 0;
+  const int found = lmp->group->find(given.word("fixed").c_str());
+  if (found < 0)
+    stop_run(lmp, fmt::format("fix couple/fluid: the group '{}' behind 'fixed' does not exist",
+                              given.word("fixed")));
+  return lmp->group->bitmask[found];
 }
 
 }  // namespace
 
 FixCoupleFluid::FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp_, int narg, char** arg)
-    : Fix(lmp_, narg, arg), side_(attached(world)) {
-  const Arguments given(lmp, help, std::span(arg, static_cast<std::size_t>(narg)).subspan(3));
-  if (given.has("fixed")) {
-    const int found = group->find(given.word("fixed").c_str());
-    if (found < 0)
-      stop_run(lmp, fmt::format("fix couple/fluid: the group '{}' behind 'fixed' does not exist",
-                                given.word("fixed")));
-    fixed_bit_ = group->bitmask[found];
-  }
+    : Fix(lmp_, narg, arg),
+      side_(attached(world)),
+      spheres_(lmp, groupbit, fixed_bit_of(lmp, narg, arg)),
+      checks_(lmp, spheres_, side_) {
   if (side_ == nullptr)
     stop_run(lmp,
              "fix couple/fluid: this job has no fluid; start both programs, mpirun -np N "
@@ -184,77 +155,15 @@ void* FixCoupleFluid::extract(const char* name, int& dim) {
 
 // Before LIGGGHTS looks for the rank that a sphere belongs to now, and drops it without a word
 // where there is none.
-void FixCoupleFluid::post_integrate() { check_motion(deepest_in_walls); }
+void FixCoupleFluid::post_integrate() { checks_.check_motion(dt_fluid_, deepest_in_walls); }
 
-// What the script has placed deeper in a wall than this the fluid refuses.
-void FixCoupleFluid::check_motion() const { check_motion(1.0); }
-
-// (|v| + |omega| R) dt <= R: beyond that contacts are missed. The rule for walls is that of
-// fluid/validation, which looks at spheres when they come or change.
-void FixCoupleFluid::check_motion(double deepest) const {
-  check_box_and_step();
-  for (int i = 0; i < atom->nlocal; ++i) {
-    if (!is_mobile(atom->mask[i])) continue;
-    const Vec3 x = vec3(triple(atom->x[i])), v = vec3(triple(atom->v[i]));
-    const double speed = v.norm() + vec3(triple(atom->omega[i])).norm() * atom->radius[i];
-    std::string what;
-    if (!(speed * update->dt <= atom->radius[i]))
-      what =
-          "moves by more than its radius in one step of LIGGGHTS; reduce 'time.step' of fluid.toml";
-    else if (!is_inside(x))
-      what =
-          "has left the box; put a 'fix wall/gran' where the box ends, or reduce 'time.step' of "
-          "fluid.toml";
-    else if (const auto depth = depth_in_walls(x, atom->radius[i]);
-             depth > deepest * atom->radius[i])
-      what = fmt::format(
-          "reaches {:.3g} out of the box, and at most {} of its radius is allowed; put a 'fix "
-          "wall/gran' where the box ends, or reduce 'time.step' of fluid.toml",
-          depth, deepest);
-    if (what.empty()) continue;
-    end_job(Program::dem, comm->me,
-            fmt::format(
-                "fix couple/fluid: step {}: atom {} at ({:.6g}, {:.6g}, {:.6g}) with velocity "
-                "({:.3g}, {:.3g}, {:.3g}) {}.",
-                side_->steps_made() + 1, atom->tag[i], x[0], x[1], x[2], v[0], v[1], v[2], what));
-  }
-}
-
-// The fluid's grid stands still, and its loads are impulses of its own time step.
-void FixCoupleFluid::check_box_and_step() const {
-  if (!side_->introduced()) return;  // the hand-shake will compare them
-  DemSceneInfo now{};
-  describe_box(now);
-  const double dt = DemSteps{side_->scene_info().dem_steps}.time_step(dt_fluid_);
-  std::string sentence;
-  if (const auto other = box_disagreement(side_->scene_info(), now))
-    sentence = fmt::format("{} No fix may change it during a coupled_run.", *other);
-  else if (!(std::abs(update->dt - dt) <= 1e-12 * dt))
-    sentence = fmt::format(
-        "the time step of LIGGGHTS is {:.6g}, but fluid.toml (time.step, coupling.dem_steps) makes "
-        "it {:.6g}; no fix (dt/reset, say) may change it during a coupled_run.",
-        update->dt, dt);
-  if (!sentence.empty())
-    end_job(Program::dem, comm->me,
-            fmt::format("fix couple/fluid: step {}: {}", side_->steps_made() + 1, sentence));
-}
-
-bool FixCoupleFluid::is_inside(const Vec3& position) const {
-  for (int d = 0; d < 3; ++d)
-    if (domain->periodicity[d] == 0 &&
-        !(position[d] >= domain->boxlo[d] && position[d] <= domain->boxhi[d]))
-      return false;
-  return true;
-}
-
-double FixCoupleFluid::depth_in_walls(const Vec3& position, double radius) const {
-  double depth = -std::numeric_limits<double>::infinity();
-  for (int d = 0; d < 3; ++d) {
-    if (domain->periodicity[d] != 0) continue;
-    const double way = std::min(position[d] - domain->boxlo[d], domain->boxhi[d] - position[d]);
-    depth = std::max(depth, radius - way);
-  }
-  return depth;
+void FixCoupleFluid::check_before_run() const {
+  constexpr double deepest = 1.0;  // in radii; from deepest_in_walls on the fluid refuses it
+  checks_.check_scene();
+  checks_.check_integrated();
+  checks_.check_motion(dt_fluid_, deepest);  // the script may have moved them
+  checks_.check_tags([this](int i) { return told_tag(i); });
+  checks_.check_fixed();
 }
 
 // f_i += F_i, torque_i += T_i, and the impulse that this gives to the spheres of this rank:
@@ -263,7 +172,7 @@ void FixCoupleFluid::post_force(int) {
   double** const held_force = force_->array_atom;
   double** const held_torque = torque_->array_atom;
   for (int i = 0; i < atom->nlocal; ++i) {
-    if (!is_mobile(atom->mask[i])) continue;
+    if (!spheres_.is_mobile(atom->mask[i])) continue;
     for (std::size_t d = 0; d < 3; ++d) {
       atom->f[i][d] += held_force[i][d];
       atom->torque[i][d] += held_torque[i][d];
@@ -297,7 +206,7 @@ double FixCoupleFluid::compute_vector(int n) {
   double** const held = n < 3 ? force_->array_atom : torque_->array_atom;
   double sum = 0.0;
   for (int i = 0; i < atom->nlocal; ++i)
-    if (is_mobile(atom->mask[i])) sum += held[i][n % 3];
+    if (spheres_.is_mobile(atom->mask[i])) sum += held[i][n % 3];
   return reduced(sum, MPI_DOUBLE, MPI_SUM, world);
 }
 
@@ -359,30 +268,8 @@ double& FixCoupleFluid::told_tag(int i) const { return kept_->array_atom[i][6]; 
 
 void FixCoupleFluid::note_tags() {
   for (int i = 0; i < atom->nlocal; ++i)
-    if (is_mobile(atom->mask[i])) told_tag(i) = atom->tag[i];
+    if (spheres_.is_mobile(atom->mask[i])) told_tag(i) = atom->tag[i];
   tags_noted_ = true;
-}
-
-void FixCoupleFluid::check_tags() const {
-  const auto renumbered = lowest_tag([this](int i) {
-    return is_mobile(atom->mask[i]) && told_tag(i) != 0.0 && told_tag(i) != atom->tag[i];
-  });
-  if (renumbered)
-    stop_run(lmp,
-             fmt::format("fix couple/fluid: atom {} had another number in the coupled_run before, "
-                         "and the fluid knows the spheres by their numbers; delete atoms with "
-                         "'delete_atoms ... compress no'",
-                         *renumbered));
-}
-
-template <class Condition>
-std::optional<int> FixCoupleFluid::lowest_tag(Condition holds) const {
-  constexpr int none = std::numeric_limits<int>::max();
-  int lowest = none;
-  for (int i = 0; i < atom->nlocal; ++i)
-    if (holds(i)) lowest = std::min(lowest, atom->tag[i]);
-  lowest = reduced(lowest, MPI_INT, MPI_MIN, world);
-  return lowest == none ? std::nullopt : std::optional(lowest);
 }
 
 // Atoms have changed rank, and fixes have deleted theirs.
@@ -455,7 +342,7 @@ void FixCoupleFluid::renew_motion() {
 void FixCoupleFluid::send_motion(bool changes_follow) {
   must_send_motion_ = changes_follow;
   done_.renewed = changes_follow ? 1 : 0;
-  check_motion(deepest_in_walls);
+  checks_.check_motion(dt_fluid_, deepest_in_walls);
   // Once per step: behind the first sub-steps.
   if (done_.stage == 0 || !DemSteps{side_->scene_info().dem_steps}.exchange_in(0))
     collisions_ = finished_collisions();
@@ -463,7 +350,7 @@ void FixCoupleFluid::send_motion(bool changes_follow) {
   done_.ended = clock_seconds();
   try {
     note_tags();
-    side_->send_motion(done_, states(false));
+    side_->send_motion(done_, spheres_.states(false));
   } catch (const UserError& error) {
     end_job(Program::dem, comm->me, fmt::format("fix couple/fluid: {}", error.what()));
   }
@@ -476,179 +363,18 @@ std::int64_t FixCoupleFluid::finished_collisions() const {
   return comm->me == 0 ? count : 0;
 }
 
-std::vector<StateRecord> FixCoupleFluid::states(bool with_fixed) const {
-  std::vector<StateRecord> records;
-  for (int i = 0; i < atom->nlocal; ++i) {
-    const bool mobile = is_mobile(atom->mask[i]);
-    if (!mobile && !(with_fixed && is_fixed(atom->mask[i]))) continue;
-    Triple position = triple(atom->x[i]);
-    domain->remap(position.data());
-    records.push_back({atom->tag[i], position, triple(atom->v[i]), triple(atom->omega[i]),
-                       atom->radius[i], mobile ? atom->density[i] : 0.0, mobile ? 1 : 0});
-  }
-  return records;
-}
-
 void FixCoupleFluid::shake_hands() {
   if (side_->introduced()) return;
-  check_fixed();
-  told_fixed_ = fingerprint_of_fixed();
-  const DemSceneInfo scene_info = collect_scene_info();
-  side_->introduce(scene_info, describe_effects(), states(true));
+  checks_.check_fixed();
+  checks_.note_fixed();
+  const DemSceneInfo scene_info = describe_scene(lmp, spheres_);
+  side_->introduce(scene_info, describe_effects(lmp), spheres_.states(true));
   // Atoms change rank when neighbour lists are built, by then at most a skin out of the region;
   // what comes later may be twice as large.
   side_->find_partners({.low = triple(domain->sublo),
                         .high = triple(domain->subhi),
                         .margin = neighbor->skin,
-                        .largest_radius = 2.0 * largest_radius()});
-}
-
-/// Of all spheres in the fluid [L]. Collective.
-double FixCoupleFluid::largest_radius() const {
-  double largest = 0.0;
-  for (int i = 0; i < atom->nlocal; ++i)
-    if ((atom->mask[i] & groupbit) != 0) largest = std::max(largest, atom->radius[i]);
-  return reduced(largest, MPI_DOUBLE, MPI_MAX, world);
-}
-
-// A fix move, or nve/noforce with a speed, moves spheres that a fix freeze has as well.
-void FixCoupleFluid::check_prescribed() const {
-  for (int n = 0; n < modify->nfix; ++n) {
-    const Fix& fix = *modify->fix[n];
-    const std::string_view their_style(fix.style);
-    const bool moves = their_style == "move", goes_on = their_style == "nve/noforce";
-    if (!moves && !goes_on) continue;
-    const auto moving = lowest_tag([&](int i) {
-      return is_fixed(atom->mask[i]) && (atom->mask[i] & fix.groupbit) != 0 &&
-             (moves || vec3(triple(atom->v[i])).norm() > 0.0);
-    });
-    if (moving)
-      stop_run(lmp, fmt::format("fix couple/fluid: fix {} (id {}) moves atom {}, which is in the "
-                                "group behind 'fixed', and the fluid receives those once; take it "
-                                "out of that group, so that it is mobile, or out of the fix's",
-                                fix.style, fix.id, *moving));
-  }
-}
-
-// A fixed sphere that something moves would leave its markers behind.
-void FixCoupleFluid::check_fixed() const {
-  check_prescribed();
-  const Mobility mobility(lmp);
-  const auto moving =
-      lowest_tag([&](int i) { return is_fixed(atom->mask[i]) && !mobility.held(atom->mask[i]); });
-  if (moving)
-    stop_run(lmp,
-             fmt::format("fix couple/fluid: atom {} is in the group behind 'fixed' but is moved "
-                         "by an integrating fix; freeze it ('fix ID GROUP freeze') or keep the "
-                         "integrating fix to the other atoms",
-                         *moving));
-  if (side_->introduced() && fingerprint_of_fixed() != told_fixed_)
-    stop_run(lmp,
-             "fix couple/fluid: the spheres of the group behind 'fixed' are no more those of the "
-             "coupled_run before (number, place, speed, size), and the fluid receives them once; "
-             "leave them as they are between two coupled_runs");
-}
-
-void FixCoupleFluid::check_fixed_during_run() const {
-  if (fingerprint_of_fixed() != told_fixed_)
-    stop_run(lmp, fmt::format("fix couple/fluid: step {}: the spheres of the group behind 'fixed' "
-                              "have changed during this coupled_run (number, place, speed, size), "
-                              "and the fluid receives them once; take the fix that changes them "
-                              "(move, adapt, say) from the script or those spheres from its group",
-                              side_->steps_made()));
-}
-
-// The same on any ranks and in any order: FNV-1a of each sphere, and their exclusive or.
-std::uint64_t FixCoupleFluid::fingerprint_of_fixed() const {
-  std::uint64_t all = 0;
-  for (const StateRecord& sphere : states(true)) {
-    if (sphere.mobile != 0) continue;
-    std::uint64_t hash = fnv_start;
-    for (const std::uint64_t word :
-         std::bit_cast<std::array<std::uint64_t, sizeof(StateRecord) / 8>>(sphere))
-      hash = fnv_mixed(hash, word);
-    all ^= hash;
-  }
-  return reduced(all, MPI_UINT64_T, MPI_BXOR, world);
-}
-
-void FixCoupleFluid::check_scene() const {
-  if (!side_->introduced()) return;
-  if (const auto sentence = disagreement(side_->scene_info(), collect_scene_info()))
-    stop_run(lmp, fmt::format("fix couple/fluid: since the coupled_run before, {}", *sentence));
-}
-
-void FixCoupleFluid::check_integrated() const {
-  const Mobility mobility(lmp);
-  const auto left_alone = [&](int i) {
-    return is_mobile(atom->mask[i]) && mobility.left_alone(atom->mask[i]);
-  };
-  const auto moving = lowest_tag([&](int i) {
-    return left_alone(i) &&
-           (vec3(triple(atom->v[i])).norm() > 0.0 || vec3(triple(atom->omega[i])).norm() > 0.0);
-  });
-  if (moving)
-    stop_run(lmp, fmt::format("fix couple/fluid: atom {} is mobile and has a speed, but no fix "
-                              "moves it; put it in the group of a 'fix nve/sphere', set its "
-                              "velocity to 0, or take it into the group behind 'fixed'",
-                              *moving));
-  if (const auto still = lowest_tag(left_alone); still && comm->me == 0)
-    error->warning(FLERR, fmt::format("fix couple/fluid: atom {} (and others perhaps) is mobile, "
-                                      "but no fix moves it, so that it stays where it is; put it "
-                                      "in the group of a 'fix nve/sphere'",
-                                      *still)
-                              .c_str());
-}
-
-void FixCoupleFluid::describe_box(DemSceneInfo& scene_info) const {
-  scene_info.box_low = triple(domain->boxlo);
-  scene_info.box_high = triple(domain->boxhi);
-  scene_info.periodic = {domain->periodicity[0], domain->periodicity[1], domain->periodicity[2]};
-}
-
-DemSceneInfo FixCoupleFluid::collect_scene_info() const {
-  DemSceneInfo scene_info{};
-  describe_box(scene_info);
-  const Mobility mobility(lmp);
-  const ScriptGravity gravity = script_gravity(
-      lmp, [&](int i) { return is_mobile(atom->mask[i]) && !mobility.held(atom->mask[i]); });
-  if (gravity.other)
-    stop_run(lmp, fmt::format("fix couple/fluid: atom {} has another gravity than other mobile "
-                              "spheres; put all of them in the group of 'fix gravity'",
-                              *gravity.other));
-  scene_info.has_gravity = gravity.stated ? 1 : 0;
-  scene_info.gravity = gravity.value;
-  scene_info.force_factor = force->ftm2v;
-  for (int i = 0; i < atom->nlocal; ++i)
-    if ((atom->mask[i] & groupbit) != 0)
-      ++(is_mobile(atom->mask[i]) ? scene_info.mobile : scene_info.fixed);
-  scene_info.mobile = reduced(scene_info.mobile, MPI_INT64_T, MPI_SUM, world);
-  scene_info.fixed = reduced(scene_info.fixed, MPI_INT64_T, MPI_SUM, world);
-  scene_info.inserts = inserting_fixes(lmp);
-  // A script may state the fluid's values for use without a fluid; then they have to be the same.
-  const FluidValue density = FluidValue::find(lmp, "", "fluidDensity");
-  const FluidValue viscosity = FluidValue::find(lmp, "", "fluidViscosity");
-  scene_info.density = density.known() ? density.get() : std::numeric_limits<double>::quiet_NaN();
-  scene_info.viscosity =
-      viscosity.known() ? viscosity.get() : std::numeric_limits<double>::quiet_NaN();
-  return scene_info;
-}
-
-std::string FixCoupleFluid::describe_effects() const {
-  const bool contacts = force->pair != nullptr;
-  const auto* film =
-      dynamic_cast<const FixLubrication*>(modify->find_fix_style_strict("lubrication", 0));
-  const auto line = [](const char* effect, bool on, const std::string& why) {
-    return fmt::format("{}\t{}\t{}\n", effect, on ? "on" : "off", why);
-  };
-  return line("collisions", contacts,
-              contacts ? describe_contacts(*force) : "the LIGGGHTS script has no pair_style") +
-         line("lubrication", film != nullptr,
-              film != nullptr ? "fix lubrication" : "the LIGGGHTS script has no fix lubrication") +
-         line("films against sliding and rolling", film != nullptr && film->tangential(),
-              film == nullptr      ? "no fix lubrication"
-              : film->tangential() ? "fix lubrication tangential on"
-                                   : "fix lubrication tangential off, as the published models");
+                        .largest_radius = 2.0 * spheres_.largest_radius()});
 }
 
 }  // namespace bedload

@@ -3,9 +3,9 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
-#include <vector>
 
+#include "coupling/bedload_dem/coupled_spheres.hpp"
+#include "coupling/bedload_dem/scene_checks.hpp"
 #include "coupling/checkpoint/script_atoms.hpp"
 #include "coupling/exchange/dem_side.hpp"
 #include "fix.h"
@@ -77,25 +77,13 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   void put_back_forces();
 
   const LoadHeader& stage() const { return stage_.header; }
-  /// Ends the job where a mobile sphere is out of the box or moves by more than its radius in a
-  /// step, and where box or time step are no more those that the fluid computes with.
-  void check_motion() const;
-  /// Ends LIGGGHTS with a sentence where the fixed spheres are no more those that the fluid
-  /// received, though no script line came between. Collective.
-  void check_fixed_during_run() const;
-  /// Ends LIGGGHTS with a sentence where the script has made another scene of the one that the
-  /// fluid received; nothing before the first coupled_run. Collective.
-  void check_scene() const;
-  /// The same where a mobile sphere has a speed but no fix moves it; warns where it has none.
-  /// Collective.
-  void check_integrated() const;
-  /// Ends LIGGGHTS with a sentence where the script has given spheres other numbers. Collective.
-  void check_tags() const;
-  /// The same where a fixed sphere is moved by a fix, or where the fixed ones are no more those
-  /// that the fluid received. Collective.
-  void check_fixed() const;
+  /// Ends LIGGGHTS or the job with a sentence where lines of the script before a coupled run have
+  /// made what the fluid cannot go on with (SceneChecks). Collective.
+  void check_before_run() const;
+  /// The same where fixes have changed the fixed spheres during it. Collective.
+  void check_fixed_during_run() const { checks_.check_fixed_during_run(); }
   /// Whether the script names a group of fixed spheres.
-  bool names_fixed() const { return fixed_bit_ != 0; }
+  bool names_fixed() const { return spheres_.names_fixed(); }
   /// Keeps what the script has made, the first time; and that. Collective.
   void note_script_atoms() {
     if (!made_by_script_) made_by_script_ = ScriptAtoms::of(lmp);
@@ -105,8 +93,6 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   void allow_run(bool allowed) { run_allowed_ = allowed; }
 
  private:
-  bool is_mobile(int mask) const { return (mask & groupbit) != 0 && (mask & fixed_bit_) == 0; }
-  bool is_fixed(int mask) const { return (mask & groupbit) != 0 && (mask & fixed_bit_) != 0; }
   void hand_on_loads();
   void book_lost(const LoadRecord& load);
   void hold_loads();
@@ -115,28 +101,12 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   void note_tags();
   void take_mean();
   void project_forces();
-  DemSceneInfo collect_scene_info() const;
-  void describe_box(DemSceneInfo& scene_info) const;
-  void check_box_and_step() const;
-  void check_motion(double deepest) const;  ///< `deepest`: in walls, in radii
-  void check_prescribed() const;
-  std::string describe_effects() const;
   /// As fix collision/table counts them; -1: there is none. Collective.
   std::int64_t finished_collisions() const;
-  std::vector<StateRecord> states(bool with_fixed) const;
-  std::uint64_t fingerprint_of_fixed() const;
-  double largest_radius() const;
-  /// Of all ranks' atoms i for which holds(i). Collective.
-  template <class Condition>
-  std::optional<int> lowest_tag(Condition holds) const;
-  bool is_inside(const Vec3& position) const;
-  /// How far a sphere is beyond the nearest end of the box that is not periodic [L]; below 0:
-  /// within.
-  double depth_in_walls(const Vec3& position, double radius) const;
 
   DemSide* side_;
-  int fixed_bit_ = 0;
-  std::uint64_t told_fixed_ = 0;  ///< fingerprint of the fixed spheres that the fluid received
+  CoupledSpheres spheres_;
+  SceneChecks checks_;
   std::optional<ScriptAtoms> made_by_script_;
   bool run_allowed_ = false;
   bool must_send_motion_ = false;  ///< the fluid waits for what the script has changed

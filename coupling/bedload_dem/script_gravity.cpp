@@ -2,12 +2,10 @@
 
 #include <mpi.h>
 
-#include <algorithm>
-#include <limits>
-#include <utility>
 #include <vector>
 
 #include "atom.h"
+#include "coupling/bedload_dem/over_ranks.hpp"
 #include "fix_gravity.h"
 #include "lammps.h"
 #include "modify.h"
@@ -16,7 +14,6 @@ namespace bedload {
 namespace {
 
 constexpr int everybody = ~0;
-constexpr int nobody = std::numeric_limits<int>::max();
 
 struct Pull {
   int groupbit;
@@ -46,32 +43,21 @@ Triple sum_on(int mask, const std::vector<Pull>& pulls) {
   return sum;
 }
 
-/// Lowest tag of the atoms on all ranks for which `holds`.
-template <class Condition>
-int lowest_tag(const LAMMPS_NS::LAMMPS& lmp, Condition holds) {
-  int lowest = nobody;
-  for (int i = 0; i < lmp.atom->nlocal; ++i)
-    if (holds(i)) lowest = std::min(lowest, lmp.atom->tag[i]);
-  MPI_Allreduce(MPI_IN_PLACE, &lowest, 1, MPI_INT, MPI_MIN, lmp.world);
-  return lowest;
-}
-
 }  // namespace
 
 ScriptGravity script_gravity(LAMMPS_NS::LAMMPS* lmp, const std::function<bool(int i)>& counts) {
   const std::vector<Pull> pulls = pulls_of(*lmp->modify);
   const LAMMPS_NS::Atom& atom = *lmp->atom;
   ScriptGravity found{!pulls.empty(), sum_on(everybody, pulls), std::nullopt};
-  const int first = lowest_tag(*lmp, counts);
-  if (first == nobody) return found;
+  const std::optional<int> first = lowest_tag(*lmp, counts);
+  if (!first) return found;
   found.value = {};
   for (int i = 0; i < atom.nlocal; ++i)
-    if (atom.tag[i] == first) found.value = sum_on(atom.mask[i], pulls);
+    if (atom.tag[i] == *first) found.value = sum_on(atom.mask[i], pulls);
   // All ranks but the sphere's own add zero.
   MPI_Allreduce(MPI_IN_PLACE, found.value.data(), 3, MPI_DOUBLE, MPI_SUM, lmp->world);
-  const int other = lowest_tag(
+  found.other = lowest_tag(
       *lmp, [&](int i) { return counts(i) && sum_on(atom.mask[i], pulls) != found.value; });
-  if (other != nobody) found.other = other;
   return found;
 }
 

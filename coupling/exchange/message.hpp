@@ -163,6 +163,7 @@ void unpack_items(const Bytes& bytes, std::vector<Item>& items) {
 }
 
 inline Triple triple(const Vec3& v) { return {v[0], v[1], v[2]}; }
+inline Triple triple(const double* v) { return {v[0], v[1], v[2]}; }
 inline Vec3 vec3(const Triple& t) { return {t[0], t[1], t[2]}; }
 
 inline SphereState sphere_state(const StateRecord& r) {

@@ -1,0 +1,158 @@
+#include "coupling/bedload_dem/scene_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+#include <string_view>
+
+#include "atom.h"
+#include "comm.h"
+#include "coupling/bedload_dem/motion_rules.hpp"
+#include "coupling/bedload_dem/over_ranks.hpp"
+#include "coupling/bedload_dem/scene_description.hpp"
+#include "coupling/exchange/dem_side.hpp"
+#include "coupling/exchange/handshake.hpp"
+#include "coupling/exchange/stages.hpp"
+#include "coupling/job/roles.hpp"
+#include "error.h"
+#include "fix.h"
+#include "lammps.h"
+#include "liggghts_styles/keywords.hpp"
+#include "liggghts_styles/mobility.hpp"
+#include "modify.h"
+#include "update.h"
+
+namespace bedload {
+
+void SceneChecks::check_scene() const {
+  if (!side_->introduced()) return;
+  if (const auto sentence = disagreement(side_->scene_info(), describe_scene(lmp_, spheres_)))
+    stop_run(lmp_, fmt::format("fix couple/fluid: since the coupled_run before, {}", *sentence));
+}
+
+void SceneChecks::check_integrated() const {
+  const LAMMPS_NS::Atom& atom = *lmp_->atom;
+  const Mobility mobility(lmp_);
+  const auto left_alone = [&](int i) {
+    return spheres_.is_mobile(atom.mask[i]) && mobility.left_alone(atom.mask[i]);
+  };
+  const auto moving = lowest_tag(*lmp_, [&](int i) {
+    return left_alone(i) && (Vec3(atom.v[i]).norm() > 0.0 || Vec3(atom.omega[i]).norm() > 0.0);
+  });
+  if (moving)
+    stop_run(lmp_, fmt::format("fix couple/fluid: atom {} is mobile and has a speed, but no fix "
+                               "moves it; put it in the group of a 'fix nve/sphere', set its "
+                               "velocity to 0, or take it into the group behind 'fixed'",
+                               *moving));
+  if (const auto still = lowest_tag(*lmp_, left_alone); still && lmp_->comm->me == 0)
+    lmp_->error->warning(FLERR,
+                         fmt::format("fix couple/fluid: atom {} (and others perhaps) is mobile, "
+                                     "but no fix moves it, so that it stays where it is; put it "
+                                     "in the group of a 'fix nve/sphere'",
+                                     *still)
+                             .c_str());
+}
+
+// In each step of LIGGGHTS for each sphere: words are made for one that breaks a rule only.
+void SceneChecks::check_motion(double fluid_time_step, double deepest) const {
+  const LAMMPS_NS::Atom& atom = *lmp_->atom;
+  const MotionRules rules{box_of(*lmp_->domain), lmp_->update->dt, deepest};
+  check_box_and_step(rules.box, fluid_time_step);
+  for (int i = 0; i < atom.nlocal; ++i) {
+    if (!spheres_.is_mobile(atom.mask[i])) continue;
+    const Vec3 x(atom.x[i]), v(atom.v[i]);
+    const double radius = atom.radius[i];
+    const MotionFlaw flaw = flaw_of_motion(rules, x, v, Vec3(atom.omega[i]), radius);
+    if (flaw == MotionFlaw::none) continue;
+    end_job(
+        Program::dem, lmp_->comm->me,
+        fmt::format("fix couple/fluid: step {}: atom {} at ({:.6g}, {:.6g}, {:.6g}) with velocity "
+                    "({:.3g}, {:.3g}, {:.3g}) {}.",
+                    side_->steps_made() + 1, atom.tag[i], x[0], x[1], x[2], v[0], v[1], v[2],
+                    describe_flaw(flaw, rules, x, radius)));
+  }
+}
+
+// The fluid's grid stands still, and its loads are impulses of its own time step.
+void SceneChecks::check_box_and_step(const Box& box, double fluid_time_step) const {
+  if (!side_->introduced()) return;  // the hand-shake will compare them
+  const double dt = DemSteps{side_->scene_info().dem_steps}.time_step(fluid_time_step);
+  const double dt_now = lmp_->update->dt;
+  std::string sentence;
+  if (const auto other = box_disagreement(side_->scene_info(), describe_box(box)))
+    sentence = fmt::format("{} No fix may change it during a coupled_run.", *other);
+  else if (!(std::abs(dt_now - dt) <= 1e-12 * dt))
+    sentence = fmt::format(
+        "the time step of LIGGGHTS is {:.6g}, but fluid.toml (time.step, coupling.dem_steps) makes "
+        "it {:.6g}; no fix (dt/reset, say) may change it during a coupled_run.",
+        dt_now, dt);
+  if (!sentence.empty())
+    end_job(Program::dem, lmp_->comm->me,
+            fmt::format("fix couple/fluid: step {}: {}", side_->steps_made() + 1, sentence));
+}
+
+void SceneChecks::check_tags(const std::function<double(int i)>& told_tag) const {
+  const LAMMPS_NS::Atom& atom = *lmp_->atom;
+  const auto renumbered = lowest_tag(*lmp_, [&](int i) {
+    return spheres_.is_mobile(atom.mask[i]) && told_tag(i) != 0.0 && told_tag(i) != atom.tag[i];
+  });
+  if (renumbered)
+    stop_run(lmp_,
+             fmt::format("fix couple/fluid: atom {} had another number in the coupled_run before, "
+                         "and the fluid knows the spheres by their numbers; delete atoms with "
+                         "'delete_atoms ... compress no'",
+                         *renumbered));
+}
+
+// A fixed sphere that something moves would leave its markers behind.
+void SceneChecks::check_fixed() const {
+  check_prescribed();
+  const LAMMPS_NS::Atom& atom = *lmp_->atom;
+  const Mobility mobility(lmp_);
+  const auto moving = lowest_tag(*lmp_, [&](int i) {
+    return spheres_.is_fixed(atom.mask[i]) && !mobility.held(atom.mask[i]);
+  });
+  if (moving)
+    stop_run(lmp_,
+             fmt::format("fix couple/fluid: atom {} is in the group behind 'fixed' but is moved "
+                         "by an integrating fix; freeze it ('fix ID GROUP freeze') or keep the "
+                         "integrating fix to the other atoms",
+                         *moving));
+  if (side_->introduced() && spheres_.fingerprint_of_fixed() != told_fixed_)
+    stop_run(lmp_,
+             "fix couple/fluid: the spheres of the group behind 'fixed' are no more those of the "
+             "coupled_run before (number, place, speed, size), and the fluid receives them once; "
+             "leave them as they are between two coupled_runs");
+}
+
+// A fix move, or nve/noforce with a speed, moves spheres that a fix freeze has as well.
+void SceneChecks::check_prescribed() const {
+  const LAMMPS_NS::Atom& atom = *lmp_->atom;
+  for (int n = 0; n < lmp_->modify->nfix; ++n) {
+    const LAMMPS_NS::Fix& fix = *lmp_->modify->fix[n];
+    const std::string_view style(fix.style);
+    const bool moves = style == "move", goes_on = style == "nve/noforce";
+    if (!moves && !goes_on) continue;
+    const auto moving = lowest_tag(*lmp_, [&](int i) {
+      return spheres_.is_fixed(atom.mask[i]) && (atom.mask[i] & fix.groupbit) != 0 &&
+             (moves || Vec3(atom.v[i]).norm() > 0.0);
+    });
+    if (moving)
+      stop_run(lmp_, fmt::format("fix couple/fluid: fix {} (id {}) moves atom {}, which is in the "
+                                 "group behind 'fixed', and the fluid receives those once; take it "
+                                 "out of that group, so that it is mobile, or out of the fix's",
+                                 fix.style, fix.id, *moving));
+  }
+}
+
+void SceneChecks::check_fixed_during_run() const {
+  if (spheres_.fingerprint_of_fixed() != told_fixed_)
+    stop_run(lmp_, fmt::format("fix couple/fluid: step {}: the spheres of the group behind 'fixed' "
+                               "have changed during this coupled_run (number, place, speed, size), "
+                               "and the fluid receives them once; take the fix that changes them "
+                               "(move, adapt, say) from the script or those spheres from its group",
+                               side_->steps_made()));
+}
+
+}  // namespace bedload

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "coupling/bedload_dem/coupled_spheres.hpp"
+
+namespace LAMMPS_NS {
+class LAMMPS;
+}
+
+namespace bedload {
+
+class DemSide;
+struct Box;
+
+/// What neither the lines of a script nor its fixes may do to the scene that the fluid computes
+/// with. Each check ends LIGGGHTS with a sentence, on all ranks, where it does not say otherwise;
+/// all but check_motion() are collective.
+class SceneChecks {
+ public:
+  /// @param side LIGGGHTS' end of the exchange; has to outlive this
+  SceneChecks(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& spheres, DemSide* side)
+      : lmp_(lmp), spheres_(spheres), side_(side) {}
+
+  /// Box, gravity or fluid values are no more those that the fluid was told; nothing before that.
+  void check_scene() const;
+  /// A mobile sphere has a speed but no fix moves it; warns where it has none.
+  void check_integrated() const;
+  /// A mobile sphere has left the box, is too deep in a wall or moves by more than its radius in a
+  /// step, or box or time step are no more those that the fluid computes with. Ends the job, on
+  /// the rank that sees it.
+  /// @param fluid_time_step [T]
+  /// @param deepest in walls, in radii
+  void check_motion(double fluid_time_step, double deepest) const;
+  /// The script has given mobile spheres other numbers.
+  /// @param told_tag number by which the fluid knows this rank's atom i; 0: it does not
+  void check_tags(const std::function<double(int i)>& told_tag) const;
+  /// A fix moves a fixed sphere, or the fixed ones are no more those that the fluid received.
+  void check_fixed() const;
+  /// The latter, where no line of the script came between.
+  void check_fixed_during_run() const;
+
+  /// The fluid receives the fixed spheres as they are now. Collective.
+  void note_fixed() { told_fixed_ = spheres_.fingerprint_of_fixed(); }
+
+ private:
+  void check_box_and_step(const Box& box, double fluid_time_step) const;
+  void check_prescribed() const;
+
+  LAMMPS_NS::LAMMPS* lmp_;
+  CoupledSpheres spheres_;
+  DemSide* side_;
+  std::uint64_t told_fixed_ = 0;  ///< fingerprint of the fixed spheres that the fluid received
+};
+
+}  // namespace bedload
