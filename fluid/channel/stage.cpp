@@ -64,7 +64,7 @@ void Channel<Real>::project(int stage) {
                        .pressure = PressureUse::add,
                        .pressure_planes = old_pressure_planes_,
                        .pressure_above = last ? PressureUse::replace : PressureUse::none,
-                       .pressure_share = boundary_ ? settings_.spheres.pressure_share : 1.0});
+                       .pressure_share = boundary_ ? boundary_->pressure_share() : 1.0});
   walls_.fill(velocity_);
   clock_.lap(FlowPhase::halo);
 }

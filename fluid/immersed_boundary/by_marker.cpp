@@ -5,8 +5,8 @@
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
 #include "fluid/immersed_boundary/neighbour_messages.hpp"
 
-// What is kept by marker goes with its mobile sphere, from rank to rank and from stage to stage: the
-// volumes of a step, the forces of implicit diffusion (marker_force.hpp).
+// What is kept by marker goes with its mobile sphere, from rank to rank and from stage to stage:
+// the volumes of a step, the forces of implicit diffusion (marker_force.hpp).
 
 namespace bedload {
 namespace {

@@ -53,4 +53,22 @@ inline double deferred_angular_share(double setting, double density, double flui
   return density > 0.0 ? std::min(1.0, of_light * density / fluid_density) : of_unknown_density;
 }
 
+/// Share s of a stage's pressure correction that the old pressure takes over. The old pressure
+/// holds the fluid's answer to the last change of a sphere's speed and acts in the next stage's
+/// forcing, which changes it by 1 - s (1 + C rho_f/rho_p) from stage to stage. Between spheres half
+/// a cell apart, each of which goes against its neighbours, C is 7: with a quarter that grows below
+/// a density ratio of 1.1, with
+///
+///   s = 0.2 rho_p/rho_f
+///
+/// it dies away for C < 9, whatever the density. A larger share than a quarter gains nothing.
+/// @param setting spheres.pressure_share; negative: chosen here
+/// @param density of the lightest mobile sphere, 0: none is known
+/// @param fluid_density of the same unit [M/L^3]
+inline double old_pressure_share(double setting, double density, double fluid_density) {
+  constexpr double largest = 0.25, of_light = 0.2;
+  if (setting >= 0.0) return setting;
+  return density > 0.0 ? std::min(largest, of_light * density / fluid_density) : largest;
+}
+
 }  // namespace bedload

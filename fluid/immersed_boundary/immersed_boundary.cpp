@@ -6,6 +6,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <unordered_set>
 
 #include "fluid/grid/diffusion_limit.hpp"
@@ -64,6 +65,7 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       viscosity_(settings.fluid.kinematic_viscosity),
       deferred_impulse_share_(settings.spheres.deferred_impulse_share),
       deferred_angular_share_(settings.spheres.deferred_angular_share),
+      pressure_share_(settings.spheres.pressure_share),
       gravity_(settings.spheres.buoyancy ? Vec3(settings.fluid.gravity.data()) : Vec3::Zero()),
       exchange_(settings.coupling.exchange),
       most_loops_(settings.spheres.forcing_loops),
@@ -110,13 +112,19 @@ void ImmersedBoundary<Real>::move_spheres(std::span<const SphereState> mobile, b
 }
 
 /// What is to be done on every rank: one whose spheres stay still has a part in the weights of its
-/// neighbours' markers. Notes how high spheres reach on any.
+/// neighbours' markers. Notes how high spheres reach on any, and how light the lightest is.
 template <class Real>
 typename ImmersedBoundary<Real>::Change ImmersedBoundary<Real>::most_of_all(Change here) {
-  std::array<int, 2> most{static_cast<int>(here), highest_reached_here()};
-  MPI_Allreduce(MPI_IN_PLACE, most.data(), 2, MPI_INT, MPI_MAX, decomposition_.comm());
-  highest_reached_ = most[1];
-  return static_cast<Change>(most[0]);
+  constexpr double none = std::numeric_limits<double>::infinity();
+  double lightest = none;
+  for (const Mobile& sphere : mobile_)
+    if (sphere.state.density > 0.0) lightest = std::min(lightest, sphere.state.density);
+  std::array<double, 3> most{static_cast<double>(here), static_cast<double>(highest_reached_here()),
+                             -lightest};
+  MPI_Allreduce(MPI_IN_PLACE, most.data(), 3, MPI_DOUBLE, MPI_MAX, decomposition_.comm());
+  highest_reached_ = static_cast<int>(most[1]);
+  lightest_density_ = -most[2] == none ? 0.0 : -most[2];
+  return static_cast<Change>(static_cast<int>(most[0]));
 }
 
 /// Keeps the mobile ones among `all` that are near this rank's block. Returns whether these are the

@@ -15,6 +15,7 @@
 #include "fluid/grid/grid.hpp"
 #include "fluid/grid/sphere.hpp"
 #include "fluid/grid/sphere_bins.hpp"
+#include "fluid/immersed_boundary/deferred_share.hpp"
 #include "fluid/immersed_boundary/dispersion_correction.hpp"
 #include "fluid/immersed_boundary/fluid_change.hpp"
 #include "fluid/immersed_boundary/interior.hpp"
@@ -108,6 +109,12 @@ class ImmersedBoundary {
   /// The box's planes from the lowest up to the highest that a force() may read or change, the same
   /// number on every rank.
   int highest_reached() const { return highest_reached_; }
+
+  /// Share of each stage's pressure correction that the old pressure takes over, by the lightest
+  /// mobile sphere on any rank.
+  double pressure_share() const {
+    return old_pressure_share(pressure_share_, lightest_density_, density_);
+  }
 
   /// Adds the forcing of a stage of length `stage_step` [T] to the velocity (three components). The
   /// spheres' layers are carried along for `carry_time` [T] before: a whole step in its first
@@ -236,9 +243,8 @@ class ImmersedBoundary {
   const Decomposition& decomposition_;
   BlockMap blocks_;
   double density_, retraction_, tolerance_;
-  double viscosity_;  ///< kinematic
-  double deferred_impulse_share_,
-      deferred_angular_share_;  ///< settings: that a sphere gets per stage
+  double viscosity_;                                                         ///< kinematic
+  double deferred_impulse_share_, deferred_angular_share_, pressure_share_;  ///< settings
   Vec3 gravity_;
   Exchange exchange_;
   int most_loops_;
@@ -270,6 +276,7 @@ class ImmersedBoundary {
   std::vector<int> indices_;                     ///< 0, 1, 2, ...
   Field<Real> scratch_;  ///< planes up to the highest sphere; zero between calls
   int planes_reached_ = 0, highest_reached_ = 0;
+  double lightest_density_ = 0.0;  ///< of the mobile spheres on any rank; 0: none is known
   int placings_ = 0, weighings_ = 0;
   bool weighed_here_ = true;  ///< the mobile spheres' markers, where these are now
   bool stage_started_ = false;

@@ -148,9 +148,10 @@ void declare_keys(Settings& s, Visitor& key) {
   key.number("spheres.retraction", s.spheres.retraction, "h", Range{-1.0, 1.0}, Need::optional,
              "How far markers are pulled inside the surface, in cells; negative: 0.29 + h/D + 0.13 "
              "(1 - 6 h/D)^2, the last above D/h = 6 with spheres.rigid_core alone.");
-  key.number("spheres.pressure_share", s.spheres.pressure_share, "-", Range{0.0, 1.0},
-             Need::optional,
-             "Share of each stage's pressure correction that the old pressure takes over.");
+  key.number(
+      "spheres.pressure_share", s.spheres.pressure_share, "-", Range{-1.0, 1.0}, Need::optional,
+      "Share of each stage's pressure correction that the old pressure takes over; negative: "
+      "0.2 density/(fluid density) of the lightest mobile sphere, at most 0.25.");
   key.number("spheres.deferred_impulse_share", s.spheres.deferred_impulse_share, "-",
              Range{0.0, 1.0}, Need::optional,
              "Share of a mobile sphere's deferred impulse (what changed inside it between two "

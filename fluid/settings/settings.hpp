@@ -93,8 +93,8 @@ struct Settings {
     int forcing_loops = 1;
     double slip_tolerance = 0.0;
     double retraction = -1.0;
-    double pressure_share = 0.25;
-    double deferred_impulse_share = 0.0;  // 0: immersed_boundary/deferred_share.hpp
+    double pressure_share = -1.0;         // negative: immersed_boundary/deferred_share.hpp
+    double deferred_impulse_share = 0.0;  // 0: likewise
     double deferred_angular_share = 0.0;  // 0: likewise
     bool interior_term = true;
     bool rigid_core = true;

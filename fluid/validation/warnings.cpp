@@ -7,6 +7,8 @@
 #include <cmath>
 #include <optional>
 
+#include "fluid/grid/diffusion_limit.hpp"
+
 namespace bedload {
 namespace {
 
@@ -33,6 +35,27 @@ constexpr double thinnest_layer = 0.5;
 constexpr double light = 0.4, light_and_fast = 0.8;
 constexpr double fast_for_one_dem_step = 0.45;
 constexpr double narrow = 1.75, slow_beside_images = 0.2;
+
+/// Diffusion number nu dt/h^2 up to which free spheres half a cell apart calm down in steps of
+/// implicit diffusion (test DenseFreeSpheresCalmDownInLongSteps); half as long again is too long
+/// for density ratios of 0.7 and 1.5, twice as long for a bed of 2.1.
+double longest_diffusion(double density_ratio) {
+  return std::min(8.0, 2.0 * density_ratio * density_ratio);
+}
+
+void warn_of_long_diffusion(const Settings& s, const SphereExtremes& spheres,
+                            std::vector<std::string>& found) {
+  const Grid grid = make_grid(s);
+  const double number = s.fluid.kinematic_viscosity * s.time.step / (grid.h * grid.h);
+  const double longest = longest_diffusion(spheres.lightest_ratio);
+  if (spheres.widest == 0.0 || number <= longest || !diffusion_is_implicit(s, grid)) return;
+  found.push_back(fmt::format(
+      "{}: 'time.step' = {} is a diffusion number nu dt/h^2 of {:.2g}, and spheres of {:.2g} times "
+      "the fluid's density that lie close to each other may swing from step to step beyond {:.2g}; "
+      "with 'time.step' = {:.2g} they do not.",
+      s.file, s.time.step, number, spheres.lightest_ratio, longest,
+      longest * grid.h * grid.h / s.fluid.kinematic_viscosity));
+}
 
 void warn_of_speed(const Settings& s, const SphereExtremes& spheres,
                    std::vector<std::string>& found) {
@@ -115,10 +138,8 @@ SphereExtremes extremes_of(const Settings& s, std::span<const SphereState> spher
     const double ratio = sphere.density / s.fluid.density;
     const double cells_a_step = sphere.velocity.norm() * s.time.step / h;
     found.fastest = std::max(found.fastest, cells_a_step);
-    if (ratio < light) {
-      found.fastest_light = std::max(found.fastest_light, cells_a_step);
-      found.lightest_ratio = std::min(found.lightest_ratio, ratio);
-    }
+    if (ratio < light) found.fastest_light = std::max(found.fastest_light, cells_a_step);
+    found.lightest_ratio = std::min(found.lightest_ratio, ratio);
     found.widest = std::max(found.widest, 2.0 * sphere.radius);
     if (before != nullptr && sphere.radius == before->radius && sphere.density == before->density)
       continue;
@@ -185,6 +206,7 @@ std::vector<std::string> warnings(const Settings& s, const SphereExtremes& spher
   std::vector<std::string> found;
   warn_of_unequal_masses(s, spheres, found);
   warn_of_speed(s, spheres, found);
+  warn_of_long_diffusion(s, spheres, found);
   if (const auto sentence = thin_layer(spheres)) found.push_back(s.file + ": " + *sentence);
   return found;
 }

@@ -21,10 +21,10 @@ struct SphereExtremes {
   double lightest = none, heaviest = 0.0;  ///< mass over 4 pi/3 [M]
   double thinnest_layer = none;            ///< D/sqrt(Re) in free fall [cells], and its
   double reynolds = 0.0;                   ///< Re
-  double fastest = 0.0;  ///< most cells that one goes in a time step, with its present speed
-  double fastest_light = 0.0, lightest_ratio = none;  ///< that of light ones, their least density
-                                                      ///< over the fluid's
-  double widest = 0.0;                                ///< largest diameter [L]
+  double fastest = 0.0;        ///< most cells that one goes in a time step, with its present speed
+  double fastest_light = 0.0;  ///< that of light ones
+  double lightest_ratio = none;  ///< least density over the fluid's
+  double widest = 0.0;           ///< largest diameter [L]
 };
 
 /// Of the mobile ones among `spheres`.

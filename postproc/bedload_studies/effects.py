@@ -84,7 +84,7 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
             yield Variant("rigid core", "off", ('spheres.rigid_core="off"',), turned_off=True)
         if spheres["buoyancy"] == "on" and any(fluid["gravity"]):
             yield Variant("buoyancy", "off", ('spheres.buoyancy="off"',), turned_off=True)
-        if spheres["pressure_share"] > 0.0:
+        if spheres["pressure_share"] != 0.0:  # negative: as the spheres ask for
             yield Variant("old pressure", "off", ("spheres.pressure_share=0.0",), turned_off=True)
     if HELD[0] in scene.variables({"model": model} if model else {}):
         # What moving boundaries cost, and the most that letting grains fall asleep could save.
