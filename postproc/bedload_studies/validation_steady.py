@@ -122,7 +122,8 @@ def _settled(runner: Runner, density: float, diffusion: str, number: float) -> f
     run = runner("settling", f"{diffusion}-settling-{density:g}", {
         "fluid.kinematic_viscosity": 1.0, "fluid.convection": "off", "fluid.diffusion": diffusion,
         "fluid.gravity": [-gravity, 0.0, 0.0], "grid.cells": [round(width * n)] * 3, "grid.length": [width] * 3,
-        "flow.bulk_velocity": 0.0, "fringe.rate": 0.0, "fringe.velocity": 0.0,
+        "flow.bulk_velocity": 0.0,
+        "fringe.rate": 0.0, "fringe.begin": 0.0, "fringe.end": 0.0, "fringe.velocity": 0.0,
         "time.step": number * h * h, "time.end": 4.0,
     }, {"density": density, "gravity": gravity, "stream": 0.0, "width": width, "length": width,
         "x": 0.5 * width, "y": 0.5 * width + 0.04, "z": 0.5 * width - 0.03})  # fmt: skip

@@ -295,6 +295,30 @@ TEST(BadSettings, SpheresBeyondTheStudysLimitsAreWarnedOf) {
   EXPECT_EQ(spoken(2.5, 0.1, 0.75 * wide), "");
 }
 
+/// Free spheres close to each other may swing where a step of implicit diffusion is long for their
+/// density.
+TEST(BadSettings, LongImplicitStepsOfFreeSpheresAreWarnedOf) {
+  const auto spoken = [](double diffusion_number, double density, bool mobile) {
+    Settings s = parse_settings("", "fluid.toml", good);
+    const double h = s.grid.length[0] / s.grid.cells[0];
+    s.fluid.diffusion = diffusion_number > 0.2 ? Diffusion::implicit : Diffusion::explicit_;
+    s.fluid.kinematic_viscosity = diffusion_number * h * h / s.time.step;
+    SphereState sphere{.tag = 1, .radius = 3.0 * h, .mobile = mobile};
+    sphere.density = density * s.fluid.density;
+    std::string all;
+    for (const std::string& warning : warnings(s, extremes_of(s, std::vector{sphere})))
+      all += warning + "\n";
+    return all;
+  };
+  EXPECT_THAT(spoken(2.1, 1.0, true),
+              AllOf(HasSubstr("a diffusion number nu dt/h^2 of 2.1"), HasSubstr("beyond 2;")));
+  EXPECT_THAT(spoken(8.1, 3.0, true), HasSubstr("beyond 8;"));
+  EXPECT_EQ(spoken(1.9, 1.0, true), "");
+  EXPECT_EQ(spoken(7.9, 3.0, true), "");
+  EXPECT_EQ(spoken(8.1, 3.0, false), "");
+  EXPECT_EQ(spoken(0.19, 0.3, true), "");
+}
+
 /// The scenes that come with the program give none, but for the sphere that rolls down a plane:
 /// there gravity along x is meant for the sphere alone, as in a tank on a slope.
 TEST(BadSettings, ScenesThatAreShippedAreNotWarnedOf) {
