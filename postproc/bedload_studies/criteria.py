@@ -28,6 +28,7 @@ PRESSED_DENSITY, PRESSED_GRAVITY, PRESSED_VISCOSITY = 8.0, 10.0, 1.0
 WEDGED_GRAVITY = 5.0
 PINNED_GRAVITY = 1.0
 GRAIN_DENSITY = 2.5
+CROWD_SPEED = 0.05
 OVERLAPPING_SPEED = 0.1
 DROPPED_GRAVITY, DROPPED = 0.5, 500
 CORNER = 4.0
@@ -228,6 +229,17 @@ def energy_falls(inward: float, dt: float, t: Trajectories) -> Verdict:
         Check("growth of the kinetic energy", float(np.max(energy) / energy[0]) - 1.0, 0.01, 0.5),
         Check("energy left", float(energy[-1] / energy[0]), share_kept(GRAIN_DENSITY) ** 2),
         overlap(t, inward, dt),
+    )
+
+
+def crowd_calms(density: float, dt: float, t: Trajectories) -> Verdict:
+    """The grains' kinetic energy never exceeds what they came with, and at the end it is below what the fluid's added
+    mass leaves at once; nothing is entered deeper than a collision explains."""
+    energy = t.kinetic_energy()
+    return worst(
+        Check("growth of the kinetic energy", float(np.max(energy) / energy[0]) - 1.0, 0.01, 0.5),
+        Check("energy left", float(energy[-1] / energy[0]), share_kept(density) ** 2),
+        overlap(t, CROWD_SPEED, dt),
     )
 
 

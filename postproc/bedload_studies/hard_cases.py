@@ -16,6 +16,7 @@ import numpy as np
 from . import criteria
 from .criteria import (
     CORNER,
+    CROWD_SPEED,
     DROPPED,
     DROPPED_GRAVITY,
     GRAIN_DENSITY,
@@ -46,6 +47,9 @@ class HardCase:
     scene: Callable[..., SmallScene]
     judge: Callable[..., Verdict]
     long: bool = False  # hours: only asked for by name or with --long
+
+
+CROWD_SPACING = 1.0625  # D; the gap is half a cell
 
 
 def vector(values: Iterable[float]) -> Vector:
@@ -141,6 +145,20 @@ def cluster(inward: float, dt: float) -> SmallScene:
     balls = [Ball(vector(centre))]
     balls += [Ball(vector(centre + s), velocity=vector(-inward * s)) for s in shell]
     return SmallScene((5.0, 5.0, 5.0), 8, 0.01, dt, 1.5, balls)
+
+
+# --- Light spheres half a cell apart, each kicked against its neighbours -----------------------------
+
+
+def crowd(density: float, dt: float) -> SmallScene:
+    """They carry more fluid to and fro than they weigh: an answer of the fluid that comes too strong grows."""
+    balls = [
+        Ball(vector(0.52 + CROWD_SPACING * np.array(place)), density=density,
+             velocity=(CROWD_SPEED * (-1) ** sum(place), 0.0, 0.0))
+        for place in itertools.product(range(4), range(3), range(4))
+    ]  # fmt: skip
+    wide = 4.0 * CROWD_SPACING
+    return SmallScene((wide, wide, wide), 8, 0.02, dt, 1.5, balls)
 
 
 # --- Overlap at the start --------------------------------------------------------------------------
@@ -358,6 +376,10 @@ CASES = {
         HardCase(
             "cluster", "twelve contacts at once", "inward speed", (0.05, 0.5),
             (0.1, 0.3, 0.6), cluster, criteria.energy_falls,
+        ),
+        HardCase(
+            "crowd", "light spheres half a cell apart, each kicked against its neighbours", "rho_p/rho_f",
+            (0.4, 0.6, 1.0, 2.5), (0.1, 0.3), crowd, criteria.crowd_calms,
         ),
         HardCase(
             "overlap", "two spheres that overlap at the start", "overlap/D", (0.01, 0.05, 0.2),

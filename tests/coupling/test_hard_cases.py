@@ -20,6 +20,7 @@ QUICK = [
     ("wedged", 0.6, 0.3, "double"),
     ("pinned", 8.0, 0.3, "double"),
     ("cluster", 0.5, 0.3, "double"),
+    ("crowd", 0.6, 0.3, "double"),  # goes wild with a quarter of the pressure correction in the old pressure
     ("overlap", 0.2, 0.3, "double"),
     ("corner", 4, 0.3, "double"),
     ("coarse", 6, 0.3, "double"),
