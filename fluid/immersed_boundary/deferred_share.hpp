@@ -61,14 +61,19 @@ inline double deferred_angular_share(double setting, double density, double flui
 ///
 ///   s = 0.2 rho_p/rho_f
 ///
-/// it dies away for C < 9, whatever the density. A larger share than a quarter gains nothing.
+/// it dies away for C < 9. What the old pressure does not take over comes with the deferred
+/// impulse, later: a sphere lighter than half the fluid swings by that even where it is alone, and
+/// one that moves once a step up to a ratio of 1. So those keep the quarter (`./bedload study
+/// stability`, cases crowd, density_ratio and density_ratio_step).
 /// @param setting spheres.pressure_share; negative: chosen here
 /// @param density of the lightest mobile sphere, 0: none is known
-/// @param fluid_density of the same unit [M/L^3]
-inline double old_pressure_share(double setting, double density, double fluid_density) {
-  constexpr double largest = 0.25, of_light = 0.2;
+/// @param fluid_density of the same unit [M/L^3]  @param each_stage whether spheres move in it
+inline double old_pressure_share(double setting, double density, double fluid_density,
+                                 bool each_stage) {
+  constexpr double largest = 0.25, of_light = 0.2, lightest_ratio = 0.5;
   if (setting >= 0.0) return setting;
-  return density > 0.0 ? std::min(largest, of_light * density / fluid_density) : largest;
+  const double ratio = density / fluid_density;
+  return each_stage && ratio >= lightest_ratio ? std::min(largest, of_light * ratio) : largest;
 }
 
 }  // namespace bedload

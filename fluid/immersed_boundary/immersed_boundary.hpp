@@ -113,7 +113,8 @@ class ImmersedBoundary {
   /// Share of each stage's pressure correction that the old pressure takes over, by the lightest
   /// mobile sphere on any rank.
   double pressure_share() const {
-    return old_pressure_share(pressure_share_, lightest_density_, density_);
+    return old_pressure_share(pressure_share_, lightest_density_, density_,
+                              exchange_ == Exchange::stage);
   }
 
   /// Adds the forcing of a stage of length `stage_step` [T] to the velocity (three components). The

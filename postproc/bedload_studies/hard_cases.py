@@ -379,7 +379,7 @@ CASES = {
         ),
         HardCase(
             "crowd", "light spheres half a cell apart, each kicked against its neighbours", "rho_p/rho_f",
-            (0.4, 0.6, 1.0, 2.5), (0.1, 0.3), crowd, criteria.crowd_calms,
+            (0.5, 0.6, 1.0, 2.5), (0.1, 0.3), crowd, criteria.crowd_calms,
         ),
         HardCase(
             "overlap", "two spheres that overlap at the start", "overlap/D", (0.01, 0.05, 0.2),
