@@ -239,8 +239,8 @@ def sentences_of(found: dict[str, Estimate]) -> list[str]:
     apart = [name for name in others if told_apart(found[name], found[SHIPPED])]
     alike = [name for name in others if name not in apart]
     return [
-        f"The grains' flux is {what}: {', '.join(names)}."
-        for names, what in ((apart, "another with"), (alike, "not told apart from the scene's as shipped with"))
+        f"The grains' flux {what} the scene's as shipped with: {', '.join(names)}."
+        for names, what in ((apart, "differs from"), (alike, "is not told apart from"))
         if names
     ]
 

@@ -136,7 +136,7 @@ def test_choices_are_told_apart_where_the_difference_is_larger_than_its_interval
          "near": found(14.9, 4.0), "nearer": found(5.1, 4.0)}
     )  # fmt: skip
     assert sentences == [
-        "The grains' flux is another with: more, less.",
+        "The grains' flux differs from the scene's as shipped with: more, less.",
         "The grains' flux is not told apart from the scene's as shipped with: near, nearer.",
     ]
     assert erosion.sentences_of({erosion.SHIPPED: found(10.0, 3.0)}) == []
