@@ -30,3 +30,12 @@ def test_restitution_between_two_bounces_is_that_of_the_law_through_them():
 def test_stokes_numbers_of_the_experiments_are_those_of_their_names():
     assert rebounds.ST152.stokes(rebounds.ST152.speed) == pytest.approx(152.0, rel=0.01)
     assert rebounds.ST27.stokes(rebounds.ST27.speed) == pytest.approx(27.0, rel=0.01)
+
+
+def test_restitution_of_a_fast_light_sphere_in_words():
+    """A lack in proportion to h is one of resolution, unless the collision time decides."""
+    of_cells = rebounds.resolution_of_restitution({10: 0.69, 20: 0.79}, 0.70, 0.89)
+    assert "0.20 at D/h = 10, 0.10 at D/h = 20, as h to the power 1.0" in of_cells
+    assert "changes that by 5 %" in of_cells and "resolution is missing" in of_cells
+    of_time = rebounds.resolution_of_restitution({10: 0.69, 20: 0.79}, 0.79, 0.89)
+    assert "collision counts" in of_time and "resolution" not in of_time
