@@ -15,17 +15,18 @@ namespace bedload {
 ///   f <- share f + gain V (U - J u*)/dt.
 ///
 /// In a steady flow f is the whole force, and u is that of explicit diffusion. It is an integral
-/// controller beside the proportional one. With the whole increment (gain 1) a free sphere swings
-/// against its fluid: in a dense bed, where the drag of a step is many times the fluid that a
-/// marker moves, it has little damping, and a torque that comes in shares none. With 0.3 the bed of
-/// laminar_erosion is as quiet as without f.
+/// controller beside the proportional one. With a large gain a free sphere swings against its
+/// fluid: close to others, where the drag of a step is many times the fluid that a marker moves, it
+/// has little damping, and a torque that comes in shares none. With twice this gain the spheres of
+/// the tests DenseFreeSpheresCalmDownInLongSteps and LightSphereTurnsCalmlyInLongSteps do not calm
+/// down.
 constexpr double marker_force_gain = 0.3;
 
 /// Share of f that stays from stage to stage. What the smooth part of the force lacks is
-/// (1 - share)/gain nu dt/h^2 of a cell's slip; short waves, which three loops of explicit forcing
-/// leave alone for the most part, would add up to 4 % of drag (D/h = 8) if nothing went. With a
-/// hundredth of a cell a stage an array's drag is within half a per cent of that of explicit
-/// diffusion from nu dt/h^2 = 0.2 to 30 (`./bedload study validation implicit_step`).
+/// (1 - share)/gain nu dt/h^2 of a cell's slip; short waves, which explicit forcing leaves alone
+/// for the most part, would add up if nothing went. With a hundredth of a cell a stage an array's
+/// drag is within 1.4 % of that of explicit diffusion from nu dt/h^2 = 0.2 to 30, 0.4 % up to 7.2
+/// where it is loose (`./bedload study validation implicit_step`).
 /// @param diffusion_number nu dt/h^2, dt the whole step's
 inline double marker_force_share(double diffusion_number) {
   constexpr double slip = 0.01;  // [cells]

@@ -123,13 +123,19 @@ SOURCE = "Gondret et al. 2002"
 NUMERICS = 0.02
 
 
+def _beside_the_measured(stokes: int, diameter: float) -> Result:
+    """A result with the measured gap over time as its first curve."""
+    result = Result(f"Rebound from a wall, St = {stokes} (Gondret et al. 2002)",
+                    axes=("t / s", "gap / D"))  # fmt: skip
+    measured = reference_rows("gondret_2002.csv", f"St{stokes}")
+    result.curves.append(Curve("measured", *thin(measured[:, 0], measured[:, 1] / diameter), True))
+    return result
+
+
 def rebound(runner: Runner) -> Result:
     """Rebound of a steel sphere from a wall in oil, St = 152, its later bounces, sixteen offsets."""
-    result = Result("Rebound from a wall, St = 152 (Gondret et al. 2002)",
-                    axes=("t / s", "gap / D"))  # fmt: skip
     diameter = ST152.diameter
-    measured = reference_rows("gondret_2002.csv", "St152")
-    result.curves.append(Curve("measured", *thin(measured[:, 0], measured[:, 1] / diameter), True))
+    result = _beside_the_measured(152, diameter)
     result.remarks.append(
         "All rows but those that say otherwise are what a user gets by default: pushed over 5.5 D, then free. In the "
         "experiment the sphere came with the wake of a long fall, hence the rows of 20 D. Of the later bounces there "
@@ -209,11 +215,8 @@ def _restitution_rows(result: Result, runner: Runner, bounces: list[Bounce], top
 
 def rebound27(runner: Runner) -> Result:
     """Rebound at St = 27, where the film takes half of the speed, and what the numerics do to it."""
-    result = Result("Rebound from a wall, St = 27 (Gondret et al. 2002)",
-                    axes=("t / s", "gap / D"))  # fmt: skip
     diameter = ST27.diameter
-    measured = reference_rows("gondret_2002.csv", "St27")
-    result.curves.append(Curve("measured", *thin(measured[:, 0], measured[:, 1] / diameter), True))
+    result = _beside_the_measured(27, diameter)
     result.remarks.append("All rows but those that say otherwise are what a user gets by default.")
 
     def peak(label: str, n: int = 10, **more) -> tuple:
@@ -320,8 +323,8 @@ def resolution_of_restitution(found: dict[int, float], short: float, measured: f
     by_cells = ", ".join(f"{value:.2f} at D/h = {n}" for n, value in lacking.items())
     of_time = abs(short - found[coarse]) / abs(lacking[coarse])
     return (
-        f"At St = 300 and a density ratio of 2.5 e/e_dry is too low by {by_cells}, as h to the power {order:.1f}; half the "
-        f"collision time changes that by {100 * of_time:.0f} %. So "
+        f"At St = 300 and a density ratio of 2.5 e/e_dry is too low by {by_cells}, as h to the power {order:.1f}; half "
+        f"the collision time changes that by {100 * of_time:.0f} %. So "
         + ("resolution is missing: the fluid that the kernel carries along with a sphere, a layer of about a cell, "
            "turns about with it in a rebound." if of_time < 0.2 else "the length of the stretched collision counts.")
     )  # fmt: skip
