@@ -151,6 +151,12 @@ void silence_peers() {
 
 bool is_silenced() { return is_said != 0; }
 
+bool blame_dead_peers() {
+  if (std::none_of(neighbours.begin(), neighbours.end(), is_dead)) return false;
+  say_who_died();
+  return true;
+}
+
 void report_dead_peers(bool writes_checkpoint) {
   const int error = errno;
   const auto is_me = [](const Neighbour& other) { return other.process == ::getpid(); };

@@ -33,6 +33,11 @@ bool is_silenced();
 /// one after its step, if it lives so long.
 void report_dead_peers(bool writes_checkpoint);
 
+/// Before a sentence about an error of this process: where another one of the node has died, that
+/// is its cause (mpirun takes MPI's files away before SIGTERM comes), and it is said instead.
+/// Returns whether it was.
+bool blame_dead_peers();
+
 /// The run has come to an end in good order: no report is due.
 void end_in_good_order();
 

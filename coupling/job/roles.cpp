@@ -165,8 +165,9 @@ void end_job(Program program, int rank, const std::string& sentence) {
   std::fflush(stdout);
   if (!is_silenced()) {
     silence_peers();
-    fmt::print(stderr, "\n{}: {}{}\n", program_name(program), printable(sentence),
-               last_checkpoint_sentence());
+    if (!blame_dead_peers())
+      fmt::print(stderr, "\n{}: {}{}\n", program_name(program), printable(sentence),
+                 last_checkpoint_sentence());
   }
   std::fflush(nullptr);
   int started = 0;

@@ -156,9 +156,7 @@ def test_killed_at_a_random_moment(runs, tmp_path, trial):
         check_gone(out, fault)
     finally:
         mpirun.kill()
-    # mpirun takes Open MPI's files away at once: a rank that just opens a file may say so first.
-    check_end(out, mpirun.returncode, output, words=())
-    assert any(cause in spoken(output)[0] for cause in ("died", "cannot be written")), output
+    check_end(out, mpirun.returncode, output)
     if checkpoints(out)[-1] < STEPS:
         check_going_on(out, whole, ranks)
 
