@@ -151,8 +151,7 @@ void declare_keys(Settings& s, Visitor& key) {
   key.number(
       "spheres.pressure_share", s.spheres.pressure_share, "-", Range{-1.0, 1.0}, Need::optional,
       "Share of each stage's pressure correction that the old pressure takes over; negative: "
-      "0.25, or for a lightest mobile sphere of 0.5 to 1.25 times the fluid's density 0.2 times "
-      "that "
+      "0.25, or for a lightest mobile sphere of 0.5 to 1.25 times the fluid's density 0.2 of that "
       "ratio, with coupling.exchange = \"stage\".");
   key.number("spheres.deferred_impulse_share", s.spheres.deferred_impulse_share, "-",
              Range{0.0, 1.0}, Need::optional,

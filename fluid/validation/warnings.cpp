@@ -36,13 +36,6 @@ constexpr double light = 0.4, light_and_fast = 0.8;
 constexpr double fast_for_one_dem_step = 0.45;
 constexpr double narrow = 1.75, slow_beside_images = 0.2;
 
-/// Diffusion number nu dt/h^2 up to which free spheres half a cell apart calm down in steps of
-/// implicit diffusion (test DenseFreeSpheresCalmDownInLongSteps); half as long again is too long
-/// for density ratios of 0.7 and 1.5, twice as long for a bed of 2.1.
-double longest_diffusion(double density_ratio) {
-  return std::min(8.0, 2.0 * density_ratio * density_ratio);
-}
-
 void warn_of_long_diffusion(const Settings& s, const SphereExtremes& spheres,
                             std::vector<std::string>& found) {
   const Grid grid = make_grid(s);
@@ -127,6 +120,10 @@ std::optional<std::string> thin_layer(const SphereExtremes& spheres) {
 }
 
 }  // namespace
+
+double longest_diffusion(double density_ratio) {
+  return std::min(8.0, 2.0 * density_ratio * density_ratio);
+}
 
 SphereExtremes extremes_of(const Settings& s, std::span<const SphereState> spheres) {
   const auto& g = s.fluid.gravity;

@@ -30,6 +30,12 @@ struct SphereExtremes {
 /// Of the mobile ones among `spheres`.
 SphereExtremes extremes_of(const Settings& settings, std::span<const SphereState> spheres);
 
+/// Diffusion number nu dt/h^2 up to which free spheres half a cell apart calm down in steps of
+/// implicit diffusion (test DenseFreeSpheresCalmDownInLongSteps); half as long again is too long
+/// for density ratios of 0.7 and 1.5, twice as long for a bed of 2.1.
+/// @param density_ratio of the lightest sphere and the fluid
+double longest_diffusion(double density_ratio);
+
 /// One sentence for each thing that the scheme does not do well with such mobile spheres; the run
 /// goes on nevertheless. Printed at the start, and whenever spheres come or change.
 std::vector<std::string> warnings(const Settings& settings, const SphereExtremes& spheres);
