@@ -17,6 +17,7 @@ from .validation_runs import Curve, Result, Row, Runner, thin
 
 GALILEO = 0.397
 LOOSE = 0.05  # grains' share of the volume at which the clear fluid begins
+Changes = tuple[dict[str, object], dict[str, object]]  # of fluid.toml and of in.liggghts of the scene
 MEASURED, COMPUTED = "Aussillous et al. 2013", "Biegert et al. 2017"
 
 
@@ -30,14 +31,14 @@ class Reference:
     shields: float
     shields_computed: float
     flux: tuple[float, float]  # of the grains over the fluid's, range of the measurements
-    changes: tuple[dict[str, object], dict[str, object]] = ({}, {})  # of fluid.toml and in.liggghts of the scene
+    changes: Changes = ({}, {})
 
 
 CASES_OF_FLUX = (
     Reference(0.301, 7.05, 7.15, 0.24, 0.224, (5e-3, 1.9e-2)),
     Reference(0.402, 8.15, 8.31, 0.24, 0.222, (5e-3, 1.6e-2), (
-        {"flow.bulk_velocity": 0.0254, "reference.velocity": 0.0493, "reference.height": 8.15,
-         "start.velocity": 0.0493, "start.height": 8.0},
+        {"flow.bulk_velocity": 0.01806, "reference.velocity": 0.0493, "reference.height": 8.15,
+         "start.velocity": 0.0493, "start.height": 14.4},
         {"bed_file": "bed_0.402.data"},
     )),
 )
@@ -130,8 +131,8 @@ def erosion_at(runner: Runner, reference: Reference) -> Result:
                     axes=("share of the volume; velocity over the fluid's largest", "y / D"))  # fmt: skip
     result.remarks.append(
         "The number of grains sets the height of the clear fluid to within the bed's dilation, so that h_f and the "
-        "Shields number test the stress over a bed that moves, and the flux tests how it moves. The box is 8 D x 6 D "
-        "(11.3 D x 11.3 D there) and the bed 9 D deep (15 D there)."
+        "Shields number test the stress over a bed that moves, and the flux tests how it moves. The box is 8 D x 22.5 D "
+        "x 6 D (11.3 D x 22.5 D x 11.3 D there), the bed as deep as there."
     )
     fluid, variables = reference.changes
     run = runner("../laminar_erosion", f"erosion-{reference.reynolds:g}", fluid, variables)
@@ -168,7 +169,7 @@ def without_rest(runner: Runner, reference: Reference) -> list[Row]:
     ]  # fmt: skip
 
 
-FIFTH = 500.0  # D^2/nu: as long as the scene as shipped
+FIFTH = 500.0  # D^2/nu: as long as the scene says
 
 
 def erosion_long(runner: Runner) -> Result:
@@ -201,16 +202,27 @@ def fifths_of(time: np.ndarray, values: np.ndarray) -> list[float]:
     return [float(np.mean(values[(time >= n * FIFTH) & (time < (n + 1) * FIFTH)])) for n in range(5)]
 
 
-SHIPPED = "as shipped"
-CHOICES: dict[str, tuple[dict[str, object], dict[str, object]]] = {
-    SHIPPED: ({}, {}),
-    "half the friction coefficient": ({}, {"friction": 0.075}),
-    "twice the friction coefficient": ({}, {"friction": 0.3}),
-    "box twice as long": (
+SHIPPED, SHALLOW = "as shipped, bed of 15 D", "bed of 9 D"
+
+
+def shallow(fluid: dict[str, object], variables: dict[str, object]) -> Changes:
+    """Changes of the scene for the bed of 9 D, and more."""
+    return (
+        {"grid.cells": [48, 96, 36], "grid.length": [8.0, 16.0, 6.0], "flow.bulk_velocity": 0.0190,
+         "start.height": 9.1} | fluid,
+        {"bed_file": "bed_shallow.data", "length_y": 16.0} | variables,
+    )  # fmt: skip
+
+
+CHOICES: dict[str, Changes] = {
+    SHALLOW: shallow({}, {}),
+    "half the friction coefficient": shallow({}, {"friction": 0.075}),
+    "twice the friction coefficient": shallow({}, {"friction": 0.3}),
+    "box twice as long": shallow(
         {"grid.cells": [96, 96, 36], "grid.length": [16.0, 16.0, 6.0]},
         {"bed_file": "bed_long.data", "length_x": 16.0},
     ),
-    "box of 12 D x 12 D": (  # theirs: 11.3 D
+    "box of 12 D x 12 D": shallow(  # theirs: 11.3 D
         {"grid.cells": [72, 96, 72], "grid.length": [12.0, 16.0, 12.0]},
         {"bed_file": "bed_wide.data", "length_x": 12.0, "length_z": 12.0},
     ),
@@ -219,6 +231,7 @@ CHOICES: dict[str, tuple[dict[str, object], dict[str, object]]] = {
          "start.height": 13.1},
         {"bed_file": "bed_deep.data", "length_y": 20.0},
     ),
+    SHIPPED: ({}, {}),
 }  # fmt: skip
 
 
@@ -234,19 +247,19 @@ def told_apart(one: Estimate, other: Estimate) -> bool:
 
 
 def sentences_of(found: dict[str, Estimate]) -> list[str]:
-    """Which choices change the flux, and which cannot be told apart from the scene as shipped."""
-    others = [name for name in found if name != SHIPPED]
-    apart = [name for name in others if told_apart(found[name], found[SHIPPED])]
+    """Which choices change the flux, and which cannot be told apart from that of the bed of 9 D."""
+    others = [name for name in found if name != SHALLOW]
+    apart = [name for name in others if told_apart(found[name], found[SHALLOW])]
     alike = [name for name in others if name not in apart]
     return [
-        f"The grains' flux {what} the scene's as shipped with: {', '.join(names)}."
+        f"The grains' flux {what} that of the bed of 9 D with: {', '.join(names)}."
         for names, what in ((apart, "differs from"), (alike, "is not told apart from"))
         if names
     ]
 
 
 def erosion_choices(runner: Runner) -> Result:
-    """What the scene's box, friction coefficient and depth do to height and flux."""
+    """What box, friction coefficient and depth do to height and flux, each beside a bed of 9 D in the scene's box."""
     result = Result("Choices of laminar_erosion: Re_b 0.301, D/h = 6",
                     axes=("share of grains", "height over the bed's surface / D"))  # fmt: skip
     heights, fluxes_found = {}, {}
@@ -258,9 +271,9 @@ def erosion_choices(runner: Runner) -> Result:
         height = heights[name] = height_of_flow(s) / run.diameter
         flux = fluxes_found[name] = flux_over_fluid(run, s)
         result.rows += [
-            Row(f"{name}: h_f/D of the flux and the upper wall's stress", height, heights[SHIPPED], source=SHIPPED),
+            Row(f"{name}: h_f/D of the flux and the upper wall's stress", height, heights[SHALLOW], source=SHALLOW),
             Row(f"{name}: flux of grains over fluid, +- {flux.half_width:.4f} (95 %)", flux.mean,
-                fluxes_found[SHIPPED].mean, source=SHIPPED),
+                fluxes_found[SHALLOW].mean, source=SHALLOW),
         ]  # fmt: skip
         surface = surface_of(s) / run.diameter
         result.curves.append(Curve(name, np.round(s["grains"], 5).tolist(),
@@ -293,7 +306,7 @@ AT_REST = Friction("actm_hw_static", "friction at rest", (100.0, 140.6))
 DAMPER = Friction("actm_hw", "no friction at rest", (200.0, 300.0))
 
 
-def deep(stress: float, height: float, friction: Friction) -> tuple[dict[str, object], dict[str, object]]:
+def deep(stress: float, height: float, friction: Friction) -> Changes:
     """Changes of fluid.toml and in.liggghts for the bed of 13 D under `stress` times the stress of Re_b = 0.301, in a
     channel whose clear height is `height` times as high: the flux is stress height^2 times. All times are `stress`
     times shorter, so that the bed's surface is sheared as far in as many steps. The flow starts as the parabola above

@@ -132,14 +132,14 @@ def test_choices_are_told_apart_where_the_difference_is_larger_than_its_interval
         return Estimate(mean, half_width, np.array([]))
 
     sentences = erosion.sentences_of(
-        {erosion.SHIPPED: found(10.0, 3.0), "more": found(15.1, 4.0), "less": found(4.9, 4.0),
+        {erosion.SHALLOW: found(10.0, 3.0), "more": found(15.1, 4.0), "less": found(4.9, 4.0),
          "near": found(14.9, 4.0), "nearer": found(5.1, 4.0)}
     )  # fmt: skip
     assert sentences == [
-        "The grains' flux differs from the scene's as shipped with: more, less.",
-        "The grains' flux is not told apart from the scene's as shipped with: near, nearer.",
+        "The grains' flux differs from that of the bed of 9 D with: more, less.",
+        "The grains' flux is not told apart from that of the bed of 9 D with: near, nearer.",
     ]
-    assert erosion.sentences_of({erosion.SHIPPED: found(10.0, 3.0)}) == []
+    assert erosion.sentences_of({erosion.SHALLOW: found(10.0, 3.0)}) == []
 
 
 def test_a_choice_changes_all_that_belongs_to_it():
