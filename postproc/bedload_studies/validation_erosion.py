@@ -291,19 +291,20 @@ CUBE = "Kidanemariam & Uhlmann 2014"
 @dataclass(frozen=True)
 class Friction:
     """Runs of the law with one model of friction; means are taken over `window` (begin, end), where the stress is
-    larger as many times sooner."""
+    larger as many times sooner. `changes`: variables of the script beside the model."""
 
     model: str
     what: str
     window: tuple[float, float]
+    changes: dict[str, object]
 
     def label(self, stress: float) -> str:
         return f"erosion-deep-{stress:g}-{self.model}"
 
 
-AT_REST = Friction("actm_hw_static", "friction at rest", (100.0, 140.6))
-# Kidanemariam & Uhlmann (arXiv 1409.0339): a tangential damper that Coulomb's friction limits.
-DAMPER = Friction("actm_hw", "no friction at rest", (200.0, 300.0))
+AT_REST = Friction("actm_hw_static", "friction at rest", (100.0, 140.6), {})
+# Kidanemariam & Uhlmann (arXiv 1409.0339): a tangential damper that Coulomb's friction with a coefficient of 0.4 limits.
+DAMPER = Friction("actm_hw", "no friction at rest, coefficient 0.4", (200.0, 300.0), {"friction": 0.4})
 
 
 def deep(stress: float, height: float, friction: Friction) -> Changes:
@@ -323,7 +324,7 @@ def deep(stress: float, height: float, friction: Friction) -> Changes:
         "time.step": round(0.2 / stress, 6), "time.end": round(end / stress, 6),
         "output.spheres_every": round(2.0 / stress, 6), "statistics.from": round(begin / stress, 6),
     }  # fmt: skip
-    return fluid, {"bed_file": "bed_deep.data", "length_y": top, "model": friction.model}
+    return fluid, {"bed_file": "bed_deep.data", "length_y": top, "model": friction.model} | friction.changes
 
 
 def law_point(run: Run, window: tuple[float, float]) -> tuple[float, float]:
