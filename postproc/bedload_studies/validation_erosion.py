@@ -131,8 +131,8 @@ def erosion_at(runner: Runner, reference: Reference) -> Result:
                     axes=("share of the volume; velocity over the fluid's largest", "y / D"))  # fmt: skip
     result.remarks.append(
         "The number of grains sets the height of the clear fluid to within the bed's dilation, so that h_f and the "
-        "Shields number test the stress over a bed that moves, and the flux tests how it moves. The box is 8 D x 22.5 D "
-        "x 6 D (11.3 D x 22.5 D x 11.3 D there), the bed as deep as there."
+        "Shields number test the stress over a bed that moves, and the flux tests how it moves. The box is "
+        "8 D x 22.5 D x 6 D (11.3 D x 22.5 D x 11.3 D there), the bed as deep as there."
     )
     fluid, variables = reference.changes
     run = runner("../laminar_erosion", f"erosion-{reference.reynolds:g}", fluid, variables)
@@ -303,7 +303,7 @@ class Friction:
 
 
 AT_REST = Friction("actm_hw_static", "friction at rest", (100.0, 140.6), {})
-# Kidanemariam & Uhlmann (arXiv 1409.0339): a tangential damper that Coulomb's friction with a coefficient of 0.4 limits.
+# Kidanemariam & Uhlmann (arXiv 1409.0339): a tangential damper, limited by Coulomb's friction of coefficient 0.4.
 DAMPER = Friction("actm_hw", "no friction at rest, coefficient 0.4", (200.0, 300.0), {"friction": 0.4})
 
 
