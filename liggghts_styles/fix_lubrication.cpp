@@ -59,15 +59,16 @@ int FixLubrication::setmask() {
          LAMMPS_NS::FixConst::PRE_FINAL_INTEGRATE;
 }
 
-// Force applied in the last step, its number and, where there is one, the torque, per sphere; goes
-// into restart files and dumps.
+// Force applied in the last step, its number and, where there is one, the torque, and in how many
+// collisions that bear the fluid's load the sphere was; goes into restart files and dumps.
 void FixLubrication::post_create() {
   const char* arguments[] = {store_id, "all",    "property/atom",
                              store_id, "vector", "yes",
                              "no",     "no",     "0",
                              "0",      "0",      "-1",
-                             "0",      "0",      "0"};
-  applied_ = modify->add_fix_property_atom(tangential_on_ ? 15 : 12, const_cast<char**>(arguments),
+                             "0",      "0",      "0",
+                             "0"};
+  applied_ = modify->add_fix_property_atom(tangential_on_ ? 16 : 13, const_cast<char**>(arguments),
                                            style_name);
 }
 
@@ -156,6 +157,9 @@ void FixLubrication::pre_force(int) {
     for (int d = 0; d < 3; ++d) loads_[i][d] = w * fluid_force_->array_atom[i][d];
   }
   send(Sending::loads);
+  borne_.resize(atom->nlocal + atom->nghost);
+  for (int i = 0; i < atom->nlocal; ++i) borne_[i] = applied_->array_atom[i][borne_column()];
+  send(Sending::borne);
 }
 
 /// Numbers of spheres to their ghosts.
@@ -206,12 +210,15 @@ double FixLubrication::touching(const Surfaces& s, double opening) const {
 /// Of a collision that bears the fluid's load [kg/s].
 double FixLubrication::damping_in_collision(const Surfaces& s) const {
   const double density = fluid_density_.get(), mass = 1 / mobility_.inverse_mass(*atom, s.i, s.j);
+  const double nu = viscosity_.get() / density;
+  const double resolved = contact::resolved_layer(s.speed * cell_size_ / nu);
   const double layer =
-      contact::collision_layer(viscosity_.get() / density, s.collision_time, cell_size_);
+      contact::collision_layer(nu, s.collision_time, cell_size_, s.speed, resolved);
   double share = 0;  // each sphere jumps by m/m_k of the relative jump
   for (const int k : {s.i, s.j}) {
     const double w = k < 0 ? 0.0 : inverse_mass(k);
-    if (w > 0) share += mass * w * contact::viscous_share(atom->radius[k], 1 / w, density, layer);
+    if (w > 0)
+      share += mass * w * contact::viscous_share(atom->radius[k], 1 / w, density, layer, resolved);
   }
   return contact::collision_damping(mass, s.collision_time, share);
 }
@@ -232,11 +239,20 @@ double FixLubrication::coefficient(const Surfaces& s, double opening) const {
   return c;
 }
 
-void FixLubrication::add(const Surfaces& s) {
+/// What a collision may bear of the load of spheres that are in others, too: together they bear no
+/// more than all of it. A load is new with its stage, and so are these numbers.
+double FixLubrication::share_of_load(const Surfaces& s) const {
+  return 1 / std::max({1.0, borne_[s.i], s.j < 0 ? 0.0 : borne_[s.j]});
+}
+
+void FixLubrication::add(const Surfaces& met) {
+  Surfaces s = met;
+  if (s.weight > 0) s.weight *= share_of_load(s);
   const auto outside = [&](int k) { return (atom->mask[k] & groupbit) == 0; };
   if (outside(s.i) || (s.j >= 0 && outside(s.j))) return;
   const double* n = s.normal;
-  Film film{s.i, s.j, 0, {n[0], n[1], n[2]}, {0, 0, 0}, 0, s.j >= atom->nlocal ? 0.5 : 1.0, 0, 0};
+  Film film{s.i, s.j, 0,    {n[0], n[1], n[2]}, {0, 0, 0}, 0, s.j >= atom->nlocal ? 0.5 : 1.0,
+            0,   0,   false};
   if (inverse_mass(film) == 0) return;  // neither can move
   if (s.wall_velocity != nullptr) std::copy_n(s.wall_velocity, 3, film.wall_velocity.begin());
   const double opening = opening_speed(film);
@@ -244,6 +260,7 @@ void FixLubrication::add(const Surfaces& s) {
   if (film.coefficient != 0) (film.coefficient > 0 ? films_ : collisions_).push_back(film);
   if (s.weight > 0) {
     film.coefficient = 0;
+    film.bears = true;
     film.borne = -s.weight * touching(s, opening) / inverse_mass(film) *
                  (load_acceleration(s.i, s.j, s.normal) - s.load);
     collisions_.push_back(film);
@@ -398,11 +415,17 @@ void FixLubrication::pre_final_integrate() {
     std::fill_n(applied[i], 3, 0.0);
     applied[i][3] = static_cast<double>(update->ntimestep);
     if (tangential_on_) std::fill_n(applied[i] + 4, 3, 0.0);
+    applied[i][borne_column()] = 0;
   }
   stale_ = films_somewhere_;
   if (!films_somewhere_) return;
 
-  for (Film& film : collisions_) film.force = film.borne - film.coefficient * opening_speed(film);
+  for (Film& film : collisions_) {
+    film.force = film.borne - film.coefficient * opening_speed(film);
+    if (!film.bears) continue;
+    applied[film.i][borne_column()] += 1;
+    if (film.j >= 0 && film.j < local) applied[film.j][borne_column()] += 1;
+  }
   apply(collisions_);
   if (tangential_on_) apply_tangential();
   solve_alone();
@@ -447,6 +470,8 @@ FixLubrication::Vector FixLubrication::sent(int i) const {
       return {rates_[i]};
     case Sending::loads:
       return loads_[i];
+    case Sending::borne:
+      return {borne_[i]};
     case Sending::film_accelerations:
       return system_.acceleration(i);
     case Sending::accelerations:
@@ -456,7 +481,7 @@ FixLubrication::Vector FixLubrication::sent(int i) const {
 }
 
 int FixLubrication::pack_comm(int count, int* list, double* buffer, int, int*) {
-  const int numbers = sending_ == Sending::rates ? 1 : comm_forward;
+  const int numbers = sends_one() ? 1 : comm_forward;
   for (int n = 0; n < count; ++n) {
     const Vector values = sent(list[n]);
     buffer = std::copy_n(values.begin(), numbers, buffer);
@@ -466,8 +491,8 @@ int FixLubrication::pack_comm(int count, int* list, double* buffer, int, int*) {
 
 void FixLubrication::unpack_comm(int count, int first, double* buffer) {
   for (int i = first; i < first + count; ++i) {
-    if (sending_ == Sending::rates) {
-      rates_[i] = *buffer++;
+    if (sends_one()) {
+      (sending_ == Sending::rates ? rates_ : borne_)[i] = *buffer++;
       continue;
     }
     const Vector values{buffer[0], buffer[1], buffer[2]};

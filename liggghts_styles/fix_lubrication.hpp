@@ -80,6 +80,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
     bool colliding;                           ///< in a collision, which is stretched
     bool enduring;                            ///< in a contact that is no collision
     double weight = 0;          ///< w of a collision (formulas/collision_in_fluid.hpp)
+    double speed = 0;           ///< at the touch [m/s]
     double load = 0;            ///< load_acceleration when it began [m/s²]
     double collision_time = 0;  ///< T_c [s]
   };
@@ -105,7 +106,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
 
  private:
   using Vector = contact::Vector3;
-  enum class Sending { accelerations, film_accelerations, rates, loads };
+  enum class Sending { accelerations, film_accelerations, rates, loads, borne };
 
   struct Film {
     int i, j;
@@ -115,6 +116,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
     double share;       // 1/2 where another rank (or image) holds the same film, else 1
     double force;       // mean over the step [N]
     double borne;       // what a collision bears of the fluid's load [N]
+    bool bears;         // whether it may bear some
   };
   struct Tangential {
     int i, j;
@@ -122,6 +124,9 @@ class FixLubrication : public LAMMPS_NS::Fix {
     contact::TangentialFilm film;
   };
 
+  /// In applied_: in how many collisions a sphere was that bear its load.
+  int borne_column() const { return tangential_on_ ? 7 : 4; }
+  bool sends_one() const { return sending_ == Sending::rates || sending_ == Sending::borne; }
   void send(Sending what);
   Vector sent(int i) const;
   void prepare_tangential(double h);
@@ -139,6 +144,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   double touching(const Surfaces& s, double opening) const;
   double coefficient(const Surfaces& s, double opening) const;
   double damping_in_collision(const Surfaces& s) const;
+  double share_of_load(const Surfaces& s) const;
   void refuse_projected_spheres() const;
   void solve_alone();
   void solve_together();
@@ -163,6 +169,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   LAMMPS_NS::FixPropertyAtom* fluid_force_ = nullptr;  // of fix couple/fluid
   FluidValue fluid_density_, loads_received_;
   std::vector<Vector> loads_;  // accelerations of local and ghost spheres by the fluid [m/s²]
+  std::vector<double> borne_;  // of local and ghost spheres, borne_column() when loads_ was made
   double loads_known_ = 0;     // loads_received_ when loads_ was made
   bool loads_stale_ = true;
   Sending sending_ = Sending::accelerations;  // what pack_comm sends

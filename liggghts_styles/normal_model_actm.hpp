@@ -232,18 +232,28 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     const bool colliding = h.impact > 0 && (now - h.settling) * update->dt < longest;
     const double effective = s.is_wall ? s.radi : s.radi * s.radj / s.radsum;
     const double smaller = s.is_wall ? s.radi : std::min(s.radi, s.radj);
-    lubrication_->add({s.i, s.is_wall ? -1 : s.j, -s.deltan, effective, smaller, s.en,
-                       s.is_wall ? s.v_j : nullptr, colliding, rule_ == biegert && !colliding,
-                       colliding ? weight_in_fluid(s, h) : 0, h.load, scale_.value(fluid_step_)});
+    bedload::FixLubrication::Surfaces surfaces{s.i,
+                                               s.is_wall ? -1 : s.j,
+                                               -s.deltan,
+                                               effective,
+                                               smaller,
+                                               s.en,
+                                               s.is_wall ? s.v_j : nullptr,
+                                               colliding,
+                                               rule_ == biegert && !colliding};
+    if (colliding && lubrication_->knows_loads()) meet_in_fluid(s, h, surfaces);
+    lubrication_->add(surfaces);
   }
 
-  /// How much of the fluid's load this collision bears (formulas/collision_in_fluid.hpp).
-  double weight_in_fluid(const SurfacesIntersectData& s, const History& h) const {
-    if (!lubrication_->knows_loads()) return 0;
+  /// What this collision bears of the fluid's load (formulas/collision_in_fluid.hpp).
+  void meet_in_fluid(const SurfacesIntersectData& s, const History& h,
+                     bedload::FixLubrication::Surfaces& surfaces) const {
     const Partner heavier = heavier_partner(s);
-    const double reynolds = fluid_density_ * h.speed * 2 * heavier.radius / viscosity_.get();
-    return bedload::contact::collision_weight(reynolds * heavier.density / (9 * fluid_density_),
-                                              reynolds);
+    const double stokes = heavier.density * h.speed * 2 * heavier.radius / (9 * viscosity_.get());
+    surfaces.weight = bedload::contact::collision_weight(stokes);
+    surfaces.speed = h.speed;
+    surfaces.load = h.load;
+    surfaces.collision_time = scale_.value(fluid_step_);
   }
 
   /// Not yet known at connectToProperties: fixes are initialised after the pair. Asked for by new

@@ -12,7 +12,8 @@
 
 namespace bedload {
 
-std::vector<StateRecord> CoupledSpheres::states(bool with_fixed) const {
+std::vector<StateRecord> CoupledSpheres::states(bool with_fixed,
+                                                const double* const* overlaps) const {
   const LAMMPS_NS::Atom& atom = *lmp_->atom;
   std::vector<StateRecord> records;
   for (int i = 0; i < atom.nlocal; ++i) {
@@ -21,7 +22,8 @@ std::vector<StateRecord> CoupledSpheres::states(bool with_fixed) const {
     Triple position = triple(atom.x[i]);
     lmp_->domain->remap(position.data());
     records.push_back({atom.tag[i], position, triple(atom.v[i]), triple(atom.omega[i]),
-                       atom.radius[i], mobile ? atom.density[i] : 0.0, mobile ? 1 : 0});
+                       atom.radius[i], mobile ? atom.density[i] : 0.0, mobile ? 1 : 0,
+                       mobile && overlaps != nullptr ? triple(overlaps[i]) : Triple{}});
   }
   return records;
 }

@@ -29,7 +29,8 @@ class CoupledSpheres {
 
   /// This rank's mobile spheres as the fluid is told of them, and its fixed ones where these are
   /// asked for.
-  std::vector<StateRecord> states(bool with_fixed) const;
+  /// @param overlaps of this rank's atoms (StateRecord); none: nothing overlaps
+  std::vector<StateRecord> states(bool with_fixed, const double* const* overlaps = nullptr) const;
   /// A number that differs when the fixed spheres do (number, place, speed, size); the same on any
   /// ranks and in any order. Collective.
   std::uint64_t fingerprint_of_fixed() const;

@@ -12,6 +12,7 @@
 #include "comm.h"
 #include "coupling/bedload_dem/attach.hpp"
 #include "coupling/bedload_dem/over_ranks.hpp"
+#include "coupling/bedload_dem/overlaps.hpp"
 #include "coupling/bedload_dem/restarted_dumps.hpp"
 #include "coupling/bedload_dem/scene_description.hpp"
 #include "coupling/exchange/clock.hpp"
@@ -41,6 +42,7 @@ namespace {
 constexpr const char* force_name = "couple_force";
 constexpr const char* torque_name = "couple_torque";
 constexpr const char* kept_name = "couple_kept";
+constexpr const char* overlap_name = "couple_overlap";
 
 /// `size` numbers per atom that migrate with it and go into restart files.
 LAMMPS_NS::FixPropertyAtom* add_vector_per_atom(LAMMPS_NS::Modify& modify, const char* name,
@@ -103,6 +105,7 @@ void FixCoupleFluid::post_create() {
   force_ = add_vector_per_atom(*modify, force_name, 3, style);
   torque_ = add_vector_per_atom(*modify, torque_name, 3, style);
   kept_ = add_vector_per_atom(*modify, kept_name, 7, style);
+  overlap_ = add_vector_per_atom(*modify, overlap_name, 3, style);
 }
 
 void FixCoupleFluid::pre_delete(bool unfixflag) {
@@ -110,6 +113,7 @@ void FixCoupleFluid::pre_delete(bool unfixflag) {
   modify->delete_fix(force_name);
   modify->delete_fix(torque_name);
   modify->delete_fix(kept_name);
+  modify->delete_fix(overlap_name);
 }
 
 int FixCoupleFluid::setmask() {
@@ -134,6 +138,7 @@ void FixCoupleFluid::init() {
   force_ = find(force_name, 3);
   torque_ = find(torque_name, 3);
   kept_ = find(kept_name, 7);
+  overlap_ = find(overlap_name, 3);
 }
 
 void FixCoupleFluid::setup(int vflag) {
@@ -272,6 +277,15 @@ void FixCoupleFluid::note_tags() {
   tags_noted_ = true;
 }
 
+void FixCoupleFluid::note_overlaps() {
+  const FluidSceneInfo& fluid = side_->scene_info();
+  std::array<bool, 3> walls{};
+  for (std::size_t d = 0; d < 3; ++d) walls[d] = fluid.periodic[d] == 0;
+  const std::vector<Triple> overlaps = overlaps_of(lmp, spheres_, fluid.length, walls);
+  for (std::size_t i = 0; i < overlaps.size(); ++i)
+    std::copy(overlaps[i].begin(), overlaps[i].end(), overlap_->array_atom[i]);
+}
+
 // Atoms have changed rank, and fixes have deleted theirs.
 void FixCoupleFluid::pre_neighbor() { hand_on_loads(); }
 
@@ -350,7 +364,8 @@ void FixCoupleFluid::send_motion(bool changes_follow) {
   done_.ended = clock_seconds();
   try {
     note_tags();
-    side_->send_motion(done_, spheres_.states(false));
+    note_overlaps();
+    side_->send_motion(done_, spheres_.states(false, overlap_->array_atom));
   } catch (const UserError& error) {
     end_job(Program::dem, comm->me, fmt::format("fix couple/fluid: {}", error.what()));
   }
@@ -368,7 +383,10 @@ void FixCoupleFluid::shake_hands() {
   checks_.check_fixed();
   checks_.note_fixed();
   const DemSceneInfo scene_info = describe_scene(lmp, spheres_);
-  side_->introduce(scene_info, describe_effects(lmp), spheres_.states(true));
+  // A new run has noted none yet; one that starts from a checkpoint has read them.
+  const bool noted = side_->restart_step() >= 0;
+  side_->introduce(scene_info, describe_effects(lmp),
+                   spheres_.states(true, noted ? overlap_->array_atom : nullptr));
   // Atoms change rank when neighbour lists are built, by then at most a skin out of the region;
   // what comes later may be twice as large.
   side_->find_partners({.low = triple(domain->sublo),

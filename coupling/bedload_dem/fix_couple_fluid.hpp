@@ -99,6 +99,8 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   int place_of(std::int64_t tag) const;
   double& told_tag(int i) const;
   void note_tags();
+  /// Stores with the spheres what they overlap now, to be sent and to go into a checkpoint.
+  void note_overlaps();
   void take_mean();
   void project_forces();
   /// As fix collision/table counts them; -1: there is none. Collective.
@@ -114,6 +116,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   LAMMPS_NS::FixPropertyAtom* torque_ = nullptr;
   LAMMPS_NS::FixPropertyAtom* kept_ =
       nullptr;  ///< total force and torque, tag that the fluid was told
+  LAMMPS_NS::FixPropertyAtom* overlap_ = nullptr;  ///< as the fluid was told
   StageLoads stage_;
   MotionHeader done_{};
   int substeps_ = 0;                      ///< of the present stage so far

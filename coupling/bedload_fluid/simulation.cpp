@@ -13,6 +13,7 @@
 #include "fluid/channel/runge_kutta.hpp"
 #include "fluid/grid/block_map.hpp"
 #include "fluid/grid/diffusion_limit.hpp"
+#include "fluid/grid/out_of_overlap.hpp"
 #include "fluid/settings/errors.hpp"
 #include "fluid/validation/validate.hpp"
 
@@ -37,7 +38,7 @@ Simulation<Real>::Phases::Phases(Timing& timing, bool spheres, bool coupled) {
 template <class Real>
 Simulation<Real>::Simulation(const Settings& settings, MPI_Comm comm, FluidSide* partner,
                              std::span<const SphereState> spheres, const Cuts& cuts)
-    : channel_(settings, comm, spheres, cuts),
+    : channel_(settings, comm, out_of_overlap(make_grid(settings), spheres), cuts),
       partner_(partner),
       phases_(timing_, partner != nullptr || channel_.immersed_boundary() != nullptr,
               partner != nullptr),
@@ -144,7 +145,7 @@ void Simulation<Real>::move_spheres() {
   std::erase_if(spheres_, [](const SphereState& s) { return s.mobile; });
   spheres_.insert(spheres_.end(), motion_.mobile.begin(), motion_.mobile.end());
   validate(channel_.settings(), spheres_, changes_.update(motion_.mobile));
-  channel_.move_spheres(motion_.mobile);
+  channel_.move_spheres(out_of_overlap(channel_.grid(), motion_.mobile));
 }
 
 /// LIGGGHTS never hears of a load that is no number.

@@ -16,7 +16,7 @@
 namespace bedload {
 
 /// Raised whenever a record below, or who sends it when, changes.
-inline constexpr std::int32_t protocol_number = 10;
+inline constexpr std::int32_t protocol_number = 11;
 
 using Triple = std::array<double, 3>;
 using Bytes = std::vector<std::byte>;
@@ -30,6 +30,7 @@ struct StateRecord {
   double radius;
   double density;
   std::int64_t mobile;
+  Triple overlap;  ///< SphereState::overlap
 };
 
 /// Force and torque on one sphere on the wire, fluid -> LIGGGHTS.
@@ -121,14 +122,26 @@ static_assert(Record<DivisionHeader> && Record<PartnersHeader> && Record<Checkpo
 /// theirs before the first message.
 constexpr std::uint64_t layout_fingerprint() {
   std::uint64_t hash = fnv_start;
-  for (const std::size_t number :
-       {sizeof(StateRecord), offsetof(StateRecord, spin), offsetof(StateRecord, mobile),
-        sizeof(LoadRecord), offsetof(LoadRecord, torque), sizeof(LoadHeader),
-        offsetof(LoadHeader, fluid_time_step), sizeof(MotionHeader), offsetof(MotionHeader, lost),
-        offsetof(MotionHeader, collisions), offsetof(MotionHeader, renewed), sizeof(FluidSceneInfo),
-        offsetof(FluidSceneInfo, gravity), offsetof(FluidSceneInfo, restart_step),
-        offsetof(FluidSceneInfo, end_step), sizeof(DemSceneInfo), offsetof(DemSceneInfo, gravity),
-        offsetof(DemSceneInfo, mobile), offsetof(DemSceneInfo, viscosity)})
+  for (const std::size_t number : {sizeof(StateRecord),
+                                   offsetof(StateRecord, spin),
+                                   offsetof(StateRecord, mobile),
+                                   offsetof(StateRecord, overlap),
+                                   sizeof(LoadRecord),
+                                   offsetof(LoadRecord, torque),
+                                   sizeof(LoadHeader),
+                                   offsetof(LoadHeader, fluid_time_step),
+                                   sizeof(MotionHeader),
+                                   offsetof(MotionHeader, lost),
+                                   offsetof(MotionHeader, collisions),
+                                   offsetof(MotionHeader, renewed),
+                                   sizeof(FluidSceneInfo),
+                                   offsetof(FluidSceneInfo, gravity),
+                                   offsetof(FluidSceneInfo, restart_step),
+                                   offsetof(FluidSceneInfo, end_step),
+                                   sizeof(DemSceneInfo),
+                                   offsetof(DemSceneInfo, gravity),
+                                   offsetof(DemSceneInfo, mobile),
+                                   offsetof(DemSceneInfo, viscosity)})
     hash = fnv_mixed(hash, number);
   return hash;
 }
@@ -168,8 +181,11 @@ inline Vec3 vec3(const Triple& t) { return {t[0], t[1], t[2]}; }
 
 inline SphereState sphere_state(const StateRecord& r) {
   return {r.tag,    vec3(r.position), vec3(r.velocity), vec3(r.spin),
-          r.radius, r.mobile != 0,    r.density};
+          r.radius, r.mobile != 0,    r.density,        vec3(r.overlap)};
 }
+/// Radius around its centre within which the fluid may look for a sphere [L].
+inline double reach_of(const StateRecord& r) { return r.radius + vec3(r.overlap).norm(); }
+
 inline LoadRecord load_record(const SphereLoad& l) {
   return {l.tag, triple(l.force), triple(l.torque)};
 }

@@ -17,6 +17,10 @@ struct SphereState {
   double radius = 0.0;                   ///< [L]
   bool mobile = true;                    ///< false: never moves; its marker weights are kept
   double density = 0.0;                  ///< of a mobile one [M/L^3]; 0: not known, not needed
+  /// How far its centre has moved into what it touches [L]. A collision is stretched in time until
+  /// its steps resolve it, and the overlap with it; the fluid sees the sphere at
+  /// position - overlap, where it only touches.
+  Vec3 overlap = Vec3::Zero();
 };
 
 /// What the fluid does to one sphere during one Runge-Kutta stage.

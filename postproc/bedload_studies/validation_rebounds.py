@@ -325,8 +325,7 @@ def resolution_of_restitution(found: dict[int, float], short: float, measured: f
     return (
         f"At St = 300 and a density ratio of 2.5 e/e_dry is too low by {by_cells}, as h to the power {order:.1f}; half "
         f"the collision time changes that by {100 * of_time:.0f} %. So "
-        + ("resolution is missing: the fluid that the kernel carries along with a sphere, a layer of about a cell, "
-           "turns about with it in a rebound." if of_time < 0.2 else "the length of the stretched collision counts.")
+        + ("resolution is missing." if of_time < 0.2 else "the length of the stretched collision counts, too.")
     )  # fmt: skip
 
 

@@ -304,16 +304,22 @@ TEST(Lubrication, ShareThatTheGridDoesNotResolve) {
   EXPECT_NEAR(unresolved_of_pair.linear, resolved_at_touch, 0.3);
 }
 
-// The integral of half of Basset's force 6 R² ρf sqrt(πν) Δu/sqrt(t) from the jump on.
-TEST(CollisionInFluid, ShareIsHalfOfBassetsImpulse) {
+// The integral of Basset's force 6 R² ρf sqrt(πν) Δu/sqrt(t) from the jump on.
+TEST(CollisionInFluid, ShareIsBassetsImpulseOrAPartOfIt) {
   const double radius = 3e-3, mass = 9e-4, density = 965, nu = 1e-4, age = 2e-3;
   double impulse = 0;
   const double root = std::sqrt(age), step = root / 1000;
   for (double s = 0.5 * step; s < root; s += step)  // s = sqrt(t), dt/sqrt(t) = 2 ds
     impulse += 6 * radius * radius * density * std::sqrt(std::numbers::pi * nu) * 2 * step;
-  EXPECT_NEAR(viscous_share(radius, mass, density, nu * age) * mass / impulse, 0.5, 1e-9);
-  EXPECT_DOUBLE_EQ(collision_layer(nu, 4e-3, 0), nu * age);
-  EXPECT_DOUBLE_EQ(collision_layer(0, 4e-3, 2e-4), 5e-9);
+  const auto part = [&](double resolved) {
+    return viscous_share(radius, mass, density, nu * age, resolved) * mass / impulse;
+  };
+  EXPECT_NEAR(part(0), 1, 1e-9);
+  EXPECT_NEAR(part(1), 0.5, 1e-9);
+  EXPECT_NEAR(part(0.5), 0.75, 1e-9);
+  EXPECT_DOUBLE_EQ(collision_layer(nu, 2 * age, 0, 0.4, 0.7), nu * age);
+  EXPECT_DOUBLE_EQ(collision_layer(nu, 0, 2e-4, 0.4, 0), nu * 1.25 * 2e-4 / 0.4);
+  EXPECT_DOUBLE_EQ(collision_layer(nu, 0, 2e-4, 0.4, 1), 5e-9);
 }
 
 TEST(CollisionInFluid, DampingTakesItsShareFromACollision) {
@@ -329,14 +335,16 @@ TEST(CollisionInFluid, DampingTakesItsShareFromACollision) {
   EXPECT_GT(collision_damping(mass, time, 5), 0);  // finite
 }
 
-TEST(CollisionInFluid, WeightEndsWhereNothingReboundsAndWhereWakesAre) {
-  for (const double stokes : {0.1, 1.0, 5.0}) EXPECT_EQ(collision_weight(stokes, 1), 0);
-  EXPECT_NEAR(collision_weight(7.5, 20), 0.5, 1e-12);
-  EXPECT_EQ(collision_weight(10, 25), 1);
-  EXPECT_EQ(collision_weight(1000, 1), 1);
-  EXPECT_NEAR(collision_weight(20, 37.5), 0.5, 1e-12);
-  EXPECT_EQ(collision_weight(20, 50), 0);
-  EXPECT_EQ(collision_weight(1000, 1000), 0);
+TEST(CollisionInFluid, WeightEndsWhereNothingRebounds) {
+  for (const double stokes : {0.1, 1.0, 5.0}) EXPECT_EQ(collision_weight(stokes), 0);
+  EXPECT_NEAR(collision_weight(7.5), 0.5, 1e-12);
+  for (const double stokes : {10.0, 1000.0}) EXPECT_EQ(collision_weight(stokes), 1);
+}
+
+TEST(CollisionInFluid, LayersAreResolvedUpToACellReynoldsNumber) {
+  for (const double reynolds : {0.1, 4.0}) EXPECT_EQ(resolved_layer(reynolds), 1);
+  EXPECT_NEAR(resolved_layer(8), 0.5, 1e-12);
+  for (const double reynolds : {12.0, 1000.0}) EXPECT_EQ(resolved_layer(reynolds), 0);
 }
 
 constexpr double pi = std::numbers::pi;

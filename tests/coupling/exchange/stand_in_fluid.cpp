@@ -79,6 +79,8 @@ SphereState flown(SphereState s, const SphereLoad& load, double time, const Opti
   return s;
 }
 
+std::string row(const Vec3& v) { return fmt::format("{},{},{}", v[0], v[1], v[2]); }
+
 /// Largest difference of two states, positions taken through the periodic faces.
 double difference(const SphereState& a, const SphereState& b, const Options& o) {
   Vec3 apart = a.position - b.position;
@@ -143,7 +145,7 @@ void run(Job& job, const Options& o) {
   const BlockMap blocks = blocks_of(o, job.size());
   const auto is_home = [&](const SphereState& s) { return blocks.home(s.position) == job.rank(); };
   const auto is_near = [&](const SphereState& s) {
-    return blocks.is_near(job.rank(), s.position, s.radius);
+    return blocks.is_near(job.rank(), s.position, s.radius + s.overlap.norm());
   };
   const std::vector<SphereState> started = side.share_out(blocks);
   std::vector<SphereState> mine;
@@ -193,10 +195,8 @@ void run(Job& job, const Options& o) {
     if (account.mobile != static_cast<std::int64_t>(mobile.size())) ++misrouted;
     for (const SphereState& s : mobile)
       if (table.is_open())
-        table << fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", step, s.tag, s.position[0],
-                             s.position[1], s.position[2], s.velocity[0], s.velocity[1],
-                             s.velocity[2], s.angular_velocity[0], s.angular_velocity[1],
-                             s.angular_velocity[2]);
+        table << fmt::format("{},{},{},{},{},{}\n", step, s.tag, row(s.position), row(s.velocity),
+                             row(s.angular_velocity), row(s.overlap));
   }
   side.stop();
   std::array<std::int64_t, 2> total{misrouted, received};

@@ -17,7 +17,7 @@ COLLISIONS_BOX = ("--length", "2", "1.5", "1")
 
 
 def trajectories(path):
-    """Columns: step, tag, position, velocity, spin; rows in ascending step and tag."""
+    """Columns: step, tag, position, velocity, spin, overlap; rows in ascending step and tag."""
     return np.loadtxt(path, delimiter=",")
 
 
@@ -50,7 +50,7 @@ def test_spheres_follow_their_loads(tmp_path, ranks, z_parts):
     assert result.number("difference") < 1e-12
     assert result.number("residual") < 1e-13
     assert result.number("changes") == 0
-    path = trajectories(tmp_path / "path.csv").reshape(300, 4, 11)
+    path = trajectories(tmp_path / "path.csv").reshape(300, 4, 14)
     assert np.ptp(path[:, :, 2], axis=0).min() > 3.9, "each sphere should pass through the x face"
 
 
@@ -67,6 +67,36 @@ def test_collisions_are_the_same_on_all_ranks(tmp_path):
         # Sums over contacts in another order: 1e-16 that each of some ten collisions multiplies by
         # about the distance between collisions over the radius.
         np.testing.assert_allclose(paths[ranks], paths[(1, 1)], rtol=0, atol=1e-9)
+
+
+def test_the_fluid_hears_how_far_spheres_overlap(tmp_path):
+    """The sum over a sphere's contacts of its share of each, as the reduced mass has it, towards the other: with
+    the fixed bed, both walls, and grains of which one is three times as dense."""
+    script = edited(tmp_path, "collisions.liggghts", "group           bed",
+                    "set atom 6 density 6000\ngroup           bed")
+    job(tmp_path, script, *COLLISIONS_BOX, "--steps", "400", "--out", "path.csv", ranks=(2, 2))
+    path = trajectories(tmp_path / "path.csv").reshape(400, 4, 14)
+    length, bed = np.array([2.0, 1.5, 1.0]), [(x, 0.2, 0.5) for x in (0.3, 0.8, 1.3, 1.8)]
+    radius, inverse_mass = [0.2] * 4 + [0.15] * 4, [0.0] * 4 + [1.0, 1 / 3, 1.0, 1.0]
+    met = {"bed": 0, "grain": 0, "floor": 0, "roof": 0}
+    for step in path:
+        places = np.vstack([bed, step[:, 2:5]])
+        for i in range(4, 8):
+            above, below = places[i][1] + radius[i] - length[1], radius[i] - places[i][1]
+            expected = np.array([0.0, max(above, 0.0) - max(below, 0.0), 0.0])
+            met["roof"] += above > 0.0
+            met["floor"] += below > 0.0
+            for j in range(8):
+                way = places[j] - places[i]
+                way -= length * (1, 0, 1) * np.round(way / length)
+                depth = radius[i] + radius[j] - np.linalg.norm(way)
+                if j == i or depth <= 0.0:
+                    continue
+                share = inverse_mass[i] / (inverse_mass[i] + inverse_mass[j])
+                expected += share * depth * way / np.linalg.norm(way)
+                met["bed" if j < 4 else "grain"] += 1
+            np.testing.assert_allclose(step[i - 4, 11:], expected, rtol=0, atol=1e-13)
+    assert min(met.values()) > 0, met
 
 
 @pytest.mark.parametrize("ranks", [(1, 1), (3, 2)], ids="{0[0]}+{0[1]}".format)

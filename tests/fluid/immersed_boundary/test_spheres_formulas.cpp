@@ -9,6 +9,7 @@
 #include <numeric>
 #include <vector>
 
+#include "fluid/grid/out_of_overlap.hpp"
 #include "fluid/immersed_boundary/deferred_share.hpp"
 #include "fluid/immersed_boundary/dispersion_correction.hpp"
 #include "fluid/immersed_boundary/interior.hpp"
@@ -35,6 +36,20 @@ TEST(RomaKernel, HasItsMomentsAtEverySubCellPosition) {
   EXPECT_EQ(roma_kernel(1.5), 0.0);
   EXPECT_NEAR(roma_kernel(0.0), 2.0 / 3.0, round_off);
   EXPECT_NEAR(roma_kernel(1.0), 1.0 / 6.0, round_off);
+}
+
+// Bit for bit where nothing overlaps: such spheres count as not moved.
+TEST(OutOfOverlap, PutsSpheresWhereTheyTouchInsideTheBox) {
+  Grid grid;
+  grid.length = {4.0, 2.0, 3.0};
+  grid.walls[1] = {Wall::no_slip, Wall::no_slip};
+  const std::vector<SphereState> spheres{
+      {.tag = 1, .position = {0.1, 0.45, 2.9}, .radius = 0.5, .overlap = {0.2, -0.05, -0.3}},
+      {.tag = 2, .position = {0.1, 0.7, 0.1}, .radius = 0.5}};
+  const std::vector<SphereState> seen = out_of_overlap(grid, spheres);
+  EXPECT_LT((seen[0].position - Vec3(3.9, 0.5, 0.2)).norm(), round_off);
+  EXPECT_EQ(seen[0].overlap, Vec3::Zero());
+  EXPECT_EQ(seen[1].position, spheres[1].position);
 }
 
 TEST(DeferredShare, EndsTheAnswerOfAddedMassInOneStageAndSwingsForNoDensity) {
