@@ -35,8 +35,8 @@ def test_peak_is_the_measured_one_whatever_the_collision_time(runner):
 def test_a_light_fast_sphere_comes_back(runner):
     """St = 300 at 2.5 times the fluid's density: speed at a gap of D/10 after over before the impact. Experiments have
     0.97 exp(-35/St) = 0.86, give or take 0.1; the run 0.81. It goes 0.08 D into the wall: where the fluid sees it there
-    it comes back at 0.66."""
+    it comes back at 0.76, and at 0.66 where the contact bears nothing of the load either."""
     ten_steps = validation_rebounds._wet_restitution(runner, 300.0, CELLS, 2.5)[1]
-    assert ten_steps == pytest.approx(0.97 * np.exp(-35.0 / 300.0), abs=0.1)
+    assert ten_steps == pytest.approx(0.97 * np.exp(-35.0 / 300.0), abs=0.08)
     five_steps = validation_rebounds._wet_restitution(runner, 300.0, CELLS, 2.5, collision_steps=5)[1]
     assert five_steps == pytest.approx(ten_steps, rel=0.05)  # 3 %; 6 % without what the contact bears
