@@ -22,6 +22,17 @@ inline Vec3 shortest_way(const Grid& grid, const Vec3& from, const Vec3& to) {
   return way;
 }
 
+/// The place of the periodic box that a point is an image of [L].
+inline Vec3 inside_the_box(const Grid& grid, Vec3 point) {
+  for (int d = 0; d < 3; ++d) {
+    if (!grid.periodic(d)) continue;
+    const double length = grid.length[static_cast<std::size_t>(d)];
+    point[d] -= length * std::floor(point[d] / length);
+    if (point[d] >= length) point[d] = 0.0;  // by rounding, from just below 0
+  }
+  return point;
+}
+
 /// Calls visit(image) for `way` and its images, moved by whole periods, that are shorter than
 /// `reach`. In a narrow box a sphere may be beside another one on both sides.
 template <class Visit>

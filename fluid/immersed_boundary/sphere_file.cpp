@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "fluid/grid/sphere_bins.hpp"
 #include "fluid/settings/errors.hpp"
 #include "fluid/settings/input_file.hpp"
 #include "fluid/validation/validate.hpp"
@@ -37,17 +38,31 @@ SphereState sphere_of(const std::vector<double>& numbers, const Grid& grid) {
   SphereState sphere;
   sphere.mobile = false;
   sphere.radius = numbers[3];
-  for (int d = 0; d < 3; ++d) {
-    const double length = grid.length[static_cast<std::size_t>(d)];
-    double x = numbers[static_cast<std::size_t>(d)];
-    if (grid.periodic(d)) {
-      x -= length * std::floor(x / length);
-      if (x >= length) x = 0.0;
-    }
-    sphere.position[d] = x;
-  }
+  sphere.position = inside_the_box(grid, Vec3(numbers[0], numbers[1], numbers[2]));
   if (const auto flaw = flaw_of(grid, sphere)) throw UserError(*flaw);
   return sphere;
+}
+
+/// Throws where two spheres stand at one place, which has all its markers twice.
+/// @param lines of `file`, one for each sphere
+void refuse_twins(const std::string& file, const std::vector<SphereState>& spheres,
+                  const std::vector<int>& lines, const Grid& grid) {
+  constexpr double same = 1e-6;  // radii
+  double largest = 0.0;
+  for (const SphereState& sphere : spheres) largest = std::max(largest, sphere.radius);
+  SphereBins bins(grid, 2.0 * largest);
+  for (std::size_t n = 0; n < spheres.size(); ++n) {
+    const SphereState& sphere = spheres[n];
+    bins.near(sphere.position, same * sphere.radius, [&](int other) {
+      const auto m = static_cast<std::size_t>(other);
+      if (shortest_way(grid, sphere.position, spheres[m].position).norm() < same * sphere.radius)
+        throw UserError(fmt::format(
+            "{}, line {}: the sphere is where that of line {} is; along a periodic direction both "
+            "ends of the box are one place. Leave one of them out.",
+            file, lines[n], lines[m]));
+    });
+    bins.insert(sphere.position, static_cast<int>(n));
+  }
 }
 
 }  // namespace
@@ -55,18 +70,21 @@ SphereState sphere_of(const std::vector<double>& numbers, const Grid& grid) {
 std::vector<SphereState> read_spheres(const std::string& file, const Grid& grid) {
   std::ifstream stream = open_input(file);
   std::vector<SphereState> spheres;
+  std::vector<int> lines;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) try {
       const std::vector<double> numbers = numbers_of(line);
       if (numbers.empty()) continue;
       spheres.push_back(sphere_of(numbers, grid));
       spheres.back().tag = static_cast<std::int64_t>(spheres.size());
+      lines.push_back(number);
     } catch (const std::string& word) {
       throw UserError(fmt::format("{}, line {}: '{}' is no number.", file, number, word));
     } catch (const UserError& error) {
       throw UserError(fmt::format("{}, line {}: the sphere {}.", file, number, error.what()));
     }
   if (spheres.empty()) throw UserError(fmt::format("{}: the file holds no sphere.", file));
+  refuse_twins(file, spheres, lines, grid);
   return spheres;
 }
 

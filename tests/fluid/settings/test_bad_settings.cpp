@@ -193,6 +193,26 @@ TEST(BadSettings, OnlyOrdinaryFilesAreRead) {
   ::unlink(pipe.c_str());
 }
 
+/// Both ends of a periodic direction are one place.
+TEST(BadSettings, TwoSpheresOfAFileDoNotStandAtOnePlace) {
+  std::vector<std::string> lines = good;
+  lines.insert(lines.end(), {"grid.cells=[40, 20, 20]", "grid.length=[4.0, 2.0, 2.0]"});
+  const Grid grid = make_grid(parse_settings("", "fluid.toml", lines));
+  const std::string file = testing::TempDir() + "bedload_twins.txt";
+  const auto sentence = [&](const std::string& spheres) {
+    std::ofstream(file) << spheres;
+    try {
+      read_spheres(file, grid);
+    } catch (const UserError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(sentence("0 0.5 0.5 0.4\n1.0 0.5 0.5 0.4\n"), "");
+  EXPECT_THAT(sentence("# x y z r\n0 0.5 0.5 0.4\n1.0 0.5 0.5 0.4\n4.0 0.5 0.5 0.4\n"),
+              AllOf(HasSubstr("line 4"), HasSubstr("that of line 2")));
+}
+
 /// What is typed behind --set needs no quotes where the shell would eat them.
 TEST(BadSettings, BareWordsStandForTexts) {
   std::vector<std::string> lines = good;
