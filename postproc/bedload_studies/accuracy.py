@@ -42,11 +42,16 @@ class Point:
 def measure(
     case: str, label: str, knob: str, n: float, settings: dict, options, made: set[Path]
 ) -> Point:
-    """One point of a case; `made`: the runs that this study has made, which grow."""
+    """One point of a case; `made`: the runs that this study has made, which grow. The error of a run that the programs
+    stop (a step too long for the flow, say) is no number."""
     folder = options.runs.resolve()
     name = f"{case}-{label}".replace(" ", "_").replace("/", "").replace(",", "")
     runner = PricedRunner(folder, Ranks.parse("1:1"), options.again, made=made)
-    error = CASES[case].error(runner, name, n, settings)
+    try:
+        error = CASES[case].error(runner, name, n, settings)
+    except UserError as stopped:
+        print(f"bedload: {stopped}", flush=True)
+        error = math.nan
     return Point(case, label, knob, error, runner.core_seconds, runner.megabytes, runner.interval)
 
 

@@ -1,5 +1,6 @@
 """Error against price as figures and a page."""
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -41,6 +42,8 @@ def draw_case(case: str, points, best: set[str], file: Path) -> None:
 
 def error_text(point) -> str:
     """In percent, with its interval where chance takes part in it."""
+    if math.isnan(point.error):
+        return "stopped"
     half = f" ± {100 * point.interval:.2f}" if point.interval else ""
     return f"{100 * point.error:+.2f}{half}"
 

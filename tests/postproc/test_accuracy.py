@@ -56,6 +56,17 @@ def test_a_trial_that_does_not_run_says_why():
     assert cost.reason("a trial ended\nkilled.") == "killed"
 
 
+def test_a_choice_that_the_programs_stop_is_a_row(tmp_path, monkeypatch, capsys):
+    def stops(*_):
+        raise UserError("the step is too long.")
+
+    monkeypatch.setitem(CASES, "case", Case(stops, 10, []))
+    options = argparse.Namespace(runs=tmp_path, again=False)
+    row = accuracy.measure("case", "1.5 x dt", "CFL", 0, {}, options, set())
+    assert accuracy_report.error_text(row) == "stopped"
+    assert "the step is too long." in capsys.readouterr().out
+
+
 def test_again_runs_everything_again_and_what_points_share_once(tmp_path, monkeypatch):
     """Two points, each with a run by its scene, one by its job, and a reference in common."""
     started = []
