@@ -315,7 +315,7 @@ CASES: dict[str, Case] = {
     "rebound": Case(
         rebound, 10, [*resolution(6, 8, 14), *PRECISION, *LOOPS, *MARKERS, *IMPLICIT, *STEPS, *DEM, *CONTACTS,
                       ("rpm", "collision model", 0, {"model": "rpm"}),
-                      ("no film", "lubrication", 0, {"film": "range 1e-12 gapMin 1e-10"}),
+                      ("no film", "lubrication", 0, {"film": "viscosity 1e-12"}),
                       ("published film", "lubrication", 0, {"film": "law published"}),
                       ("D/h 14, 0.5 x dt", "pair", 14, {"step": 0.5})],
     ),

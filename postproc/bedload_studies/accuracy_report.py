@@ -22,6 +22,8 @@ def draw_case(case: str, points, best: set[str], file: Path) -> None:
         1, 2, sharey=True, figsize=(9, 1.3 + 0.27 * len(rows)), layout="constrained"
     )
     for n, p in enumerate(rows):
+        if math.isnan(p.error):
+            continue  # a row without marks: stopped
         colour = PRESET_COLOUR if p.knob == "preset" else BEST if p.label in best else OTHER
         errors.errorbar(100 * abs(p.error), n, xerr=100 * p.interval, fmt="o", color=colour, capsize=2)
         prices.plot(p.core_seconds, n, "s", color=colour)
