@@ -294,14 +294,13 @@ def wet_restitution(runner: Runner) -> Result:
     numbers = np.geomspace(10.0, 300.0, 60)
     result.curves.append(Curve(source, *thin(numbers, np.exp(-35.0 / numbers))))
     kinds = ((8.0, 10, (10, 20, 30, 50, 100, 200, 300)), (8.0, 15, (30, 100)),
-             (2.5, 10, (30, 100, 300)), (2.5, 15, (300,)), (2.5, 20, (300,)))  # fmt: skip
+             (2.5, 6, (30, 50, 100)), (2.5, 10, (30, 50, 100, 300)), (2.5, 15, (300,)), (2.5, 20, (300,)),
+             (1.25, 6, (30, 50, 100)), (1.25, 10, (30, 50, 100)))  # fmt: skip
     light_and_fast: dict[int, float] = {}  # by cells to a diameter
     for density, n, all_stokes in kinds:
         found = [_wet_restitution(runner, stokes, n, density) for stokes in all_stokes]
-        for k, where in enumerate(("D/20", "D/10")):
-            result.curves.append(Curve(f"density ratio {density:g}, D/h = {n}, speeds at a gap of {where}",
-                                       [float(v) for v in all_stokes], [pair[k] / dry for pair in found],
-                                       True))  # fmt: skip
+        result.curves.append(Curve(f"density ratio {density:g}, D/h = {n}", [float(v) for v in all_stokes],
+                                   [pair[1] / dry for pair in found], True))  # fmt: skip
         for stokes, pair in zip(all_stokes, found, strict=True):
             result.rows.append(Row(f"e/e_dry, St = {stokes}, density ratio {density:g}, D/h = {n} (at D/20: "
                                    f"{pair[0] / dry:.3f})", pair[1] / dry, math.exp(-35.0 / stokes),
