@@ -304,22 +304,28 @@ TEST(Lubrication, ShareThatTheGridDoesNotResolve) {
   EXPECT_NEAR(unresolved_of_pair.linear, resolved_at_touch, 0.3);
 }
 
-// The integral of Basset's force 6 R² ρf sqrt(πν) Δu/sqrt(t) from the jump on.
-TEST(CollisionInFluid, ShareIsBassetsImpulseOrAPartOfIt) {
+// The integral of Basset's force 6 R² ρf sqrt(πν) Δu/sqrt(t) from the jump on, which slows the
+// sphere and its added mass.
+TEST(CollisionInFluid, ShareIsBassetsImpulseOverTheMassThatItSlows) {
   const double radius = 3e-3, mass = 9e-4, density = 965, nu = 1e-4, age = 2e-3;
   double impulse = 0;
   const double root = std::sqrt(age), step = root / 1000;
   for (double s = 0.5 * step; s < root; s += step)  // s = sqrt(t), dt/sqrt(t) = 2 ds
     impulse += 6 * radius * radius * density * std::sqrt(std::numbers::pi * nu) * 2 * step;
-  const auto part = [&](double resolved) {
-    return viscous_share(radius, mass, density, nu * age, resolved) * mass / impulse;
-  };
-  EXPECT_NEAR(part(0), 1, 1e-9);
-  EXPECT_NEAR(part(1), 0.5, 1e-9);
-  EXPECT_NEAR(part(0.5), 0.75, 1e-9);
-  EXPECT_DOUBLE_EQ(collision_layer(nu, 2 * age, 0, 0.4, 0.7), nu * age);
-  EXPECT_DOUBLE_EQ(collision_layer(nu, 0, 2e-4, 0.4, 0), nu * 1.25 * 2e-4 / 0.4);
-  EXPECT_DOUBLE_EQ(collision_layer(nu, 0, 2e-4, 0.4, 1), 5e-9);
+  const double volume = 4 * std::numbers::pi / 3 * radius * radius * radius;
+  EXPECT_NEAR(viscous_share(radius, mass, density, nu, age) * (mass + 0.5 * density * volume),
+              impulse, 1e-9 * impulse);
+}
+
+TEST(CollisionInFluid, LayerIsAsOldAsTheGridDoesNotKnow) {
+  const double nu = 1e-4, time = 4e-3, h = 2e-4;
+  const double slow = nu / h, fast = 100 * nu / h;  // cell Reynolds numbers 1 and 100
+  EXPECT_DOUBLE_EQ(collision_layer_age(nu, time, 0, 0.4), time / 8);
+  EXPECT_DOUBLE_EQ(collision_layer_age(nu, 0, h, slow), h * h / (24 * nu));
+  EXPECT_DOUBLE_EQ(collision_layer_age(nu, time, h, fast), 0.3 * time + 2 * h / fast);
+  const double between = 8 * nu / h;
+  EXPECT_DOUBLE_EQ(collision_layer_age(nu, time, h, between),
+                   0.5 * (time / 8 + h * h / (24 * nu) + 0.3 * time + 2 * h / between));
 }
 
 TEST(CollisionInFluid, DampingTakesItsShareFromACollision) {
