@@ -34,16 +34,23 @@ def test_peak_is_the_measured_one_whatever_the_collision_time(runner):
 
 def test_a_light_fast_sphere_comes_back(runner):
     """St = 300 at 2.5 times the fluid's density: speed at a gap of D/10 after over before the impact. Experiments have
-    0.97 exp(-35/St) = 0.86, give or take 0.1; the run 0.81. It goes 0.08 D into the wall: where the fluid sees it there
+    0.97 exp(-35/St) = 0.86, give or take 0.1; the run 0.82. It goes 0.08 D into the wall: where the fluid sees it there
     it comes back at 0.76, and at 0.66 where the contact bears nothing of the load either."""
     ten_steps = validation_rebounds._wet_restitution(runner, 300.0, CELLS, 2.5)[1]
     assert ten_steps == pytest.approx(0.97 * np.exp(-35.0 / 300.0), abs=0.08)
     five_steps = validation_rebounds._wet_restitution(runner, 300.0, CELLS, 2.5, collision_steps=5)[1]
-    assert five_steps == pytest.approx(ten_steps, rel=0.05)  # 3 %; 6 % without what the contact bears
+    assert five_steps == pytest.approx(ten_steps, rel=0.05)  # 2 %; 6 % without what the contact bears
 
 
 def test_a_collision_pays_what_viscosity_takes(runner):
     """St = 100 at 2.5 times the fluid's density, where the layer along the sphere is thinner than a cell: the fit to
-    experiments has 0.68, the run 0.65. Without the damper it is 0.85, with twice as much 0.48."""
+    experiments has 0.68, the run as well. Without the damper it is 0.85, with twice as much 0.53."""
     restitution = validation_rebounds._wet_restitution(runner, 100.0, CELLS, 2.5)[1]
     assert restitution == pytest.approx(0.97 * np.exp(-35.0 / 100.0), abs=0.08)
+
+
+def test_what_viscosity_takes_slows_the_added_mass_too(runner):
+    """St = 50 at 1.25 times the fluid's density, six cells to a diameter: the fit to experiments has 0.48, the run
+    0.43, and 0.31 where the impulse of the layer slows the sphere's own mass alone."""
+    restitution = validation_rebounds._wet_restitution(runner, 50.0, 6, 1.25)[1]
+    assert restitution == pytest.approx(0.97 * np.exp(-35.0 / 50.0), abs=0.08)
