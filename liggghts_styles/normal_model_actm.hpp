@@ -199,8 +199,10 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     if (mass == 0) return 0;  // neither can move
     if (!alive || approach > softening * h.speed) {
       calibrate(s, mass, approach, h);
+      // What pushes together is borne as a whole: most of it is the answer to the film's push just
+      // before the touch, and gone with it.
       if (lubrication_ != nullptr)
-        h.load = lubrication_->load_acceleration(s.i, s.is_wall ? -1 : s.j, s.en);
+        h.load = std::max(0.0, lubrication_->load_acceleration(s.i, s.is_wall ? -1 : s.j, s.en));
       harden(s, mass, alive, h);
       h.settling = now;
       h.lost = 0;

@@ -8,11 +8,13 @@
 /// A real collision takes microseconds: the fluid neither turns nor squeezes while it lasts. In one
 /// stretched to some fluid steps it does, late. So the contact bears what the relative acceleration
 /// A of the two surfaces by the fluid's loads has changed by since the touch,
-///     F = -w m (A - A_0),   A = n·(L_i/m_i - L_j/m_j),
-/// equal and opposite on both. What was there before, weight, stream and drag, acts on: a constant
-/// load does no work in a contact that ends where it began. In exchange a damper takes what
-/// viscosity would have taken. A sphere whose speed jumps by Δu loses Basset's impulse until the
-/// layer along it is as old as t, and its added mass loses with it, as the contact bears that, too:
+///     F = -w m (A - A_0),   A = n·(L_i/m_i - L_j/m_j),   A_0 = max(0, A at the touch),
+/// equal and opposite on both. Weight and the drag that parts them act on: a constant load does no
+/// work in a contact that ends where it began. A load that pushes them together is borne: at the
+/// touch it is the answer to the film's last push, and would draw the collision out. In exchange a
+/// damper takes what viscosity would have taken. A sphere whose speed jumps by Δu loses Basset's
+/// impulse until the layer along it is as old as t, and its added mass loses with it, as the
+/// contact bears that, too:
 ///     β m Δu,   β = 12 R² ρf sqrt(π ν t)/(m + (2/3) π R³ ρf).
 /// t is the time for which the contact pays, because the run's fluid does not: while the layer
 /// grows in the stretched collision, and while it is thinner than the grid tells,
