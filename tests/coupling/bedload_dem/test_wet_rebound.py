@@ -63,10 +63,10 @@ def test_what_viscosity_takes_slows_the_added_mass_too(runner):
 
 
 def test_a_light_sphere_comes_off_a_fixed_one(tmp_path, monkeypatch):
-    """Density ratio 2.5, six cells to a diameter; St = m u/(6 pi mu R_eff^2) = 29 at the touch; beta = 0.147, so
-    that (1 - beta)/(1 + beta) and e_dry leave 0.72 of the speed, the run 0.77. Where the contact leaves to the sphere what
-    pushes it towards the other one at the touch, which is the answer to the film just before, it goes in so deep that it
-    counts as pressed and never comes off."""
+    """Density ratio 2.5, six cells to a diameter, St = m u/(6 pi mu R_eff^2) = 26 at the touch: beta = 0.147, so
+    that (1 - beta)/(1 + beta) and e_dry leave 0.72 of the speed, the run 0.77. What pushes the sphere towards the
+    other one at the touch is the answer to the film just before; where the contact leaves that to the sphere, it
+    goes in so deep that it counts as pressed and never comes off."""
     monkeypatch.setattr(job, "BIN", BIN)
     balls = [Ball((2.0, 2.0, 2.0), mobile=False), Ball((2.0, 4.0, 2.0), velocity=(0.0, -1.0, 0.0))]
     scene = SmallScene((4.0, 6.0, 4.0), 6, viscosity=1.0 / 72.0, time_step=1.0 / 24.0, end=3.0, balls=balls)
