@@ -37,6 +37,7 @@ BEDS = (
     Bed("bed", "double"),
     Bed("bed", "single"),
     Bed("bed/three forcing loops", "double", settings=("spheres.forcing_loops=3",)),
+    Bed("bed/implicit diffusion", "double", settings=('fluid.diffusion="implicit"',)),
     Bed("bed/all grains move", "double", variables={"held": "none"}),
     Bed(
         "bed/large", "double", 4, 8, ("grid.cells=[440,90,400]", "grid.length=[44.0,9.0,40.0]"),
