@@ -250,24 +250,22 @@ def told_apart(one: Estimate, other: Estimate) -> bool:
     return abs(one.mean - other.mean) > float(np.hypot(one.half_width, other.half_width))
 
 
-def sentences_of(found: dict[str, Estimate]) -> list[str]:
-    """Which choices change the flux, and which cannot be told apart from that of the bed of 9 D."""
-    others = [name for name in found if name != SHALLOW]
-    apart = [name for name in others if told_apart(found[name], found[SHALLOW])]
+def sentences_of(found: dict[str, Estimate], base: str = SHALLOW) -> list[str]:
+    """Which choices change the flux, and which cannot be told apart from that of `base`."""
+    others = [name for name in found if name != base]
+    apart = [name for name in others if told_apart(found[name], found[base])]
     alike = [name for name in others if name not in apart]
     return [
-        f"The grains' flux {what} that of the bed of 9 D with: {', '.join(names)}."
+        f"The grains' flux {what} that of the {base} with: {', '.join(names)}."
         for names, what in ((apart, "differs from"), (alike, "is not told apart from"))
         if names
     ]
 
 
-def erosion_choices(runner: Runner) -> Result:
-    """What box, friction coefficient and depth do to height and flux, each beside a bed of 9 D in the scene's box."""
-    result = Result("Choices of laminar_erosion: Re_b 0.301, D/h = 6",
-                    axes=("share of grains", "height over the bed's surface / D"))  # fmt: skip
+def beside(runner: Runner, result: Result, choices: dict[str, Changes], base: str) -> None:
+    """Height and flux of each choice beside those of `base`, the first of them."""
     heights, fluxes_found = {}, {}
-    for name, (fluid, variables) in CHOICES.items():
+    for name, (fluid, variables) in choices.items():
         plain = f"erosion-{CASES_OF_FLUX[0].reynolds:g}"  # which the case erosion has, too
         label = plain if name == SHIPPED else f"{plain}-{name.replace(' ', '_')}"
         run = runner("../laminar_erosion", label, fluid, variables)
@@ -275,14 +273,37 @@ def erosion_choices(runner: Runner) -> Result:
         height = heights[name] = height_of_flow(s) / run.diameter
         flux = fluxes_found[name] = flux_over_fluid(run, s)
         result.rows += [
-            Row(f"{name}: h_f/D of the flux and the upper wall's stress", height, heights[SHALLOW], source=SHALLOW),
+            Row(f"{name}: h_f/D of the flux and the upper wall's stress", height, heights[base], source=base),
             Row(f"{name}: flux of grains over fluid, +- {flux.half_width:.4f} (95 %)", flux.mean,
-                fluxes_found[SHALLOW].mean, source=SHALLOW),
+                fluxes_found[base].mean, source=base),
         ]  # fmt: skip
         surface = surface_of(s) / run.diameter
         result.curves.append(Curve(name, np.round(s["grains"], 5).tolist(),
                                    np.round(s["y"] / run.diameter - surface, 4).tolist()))  # fmt: skip
-    result.remarks += sentences_of(fluxes_found)
+    result.remarks += sentences_of(fluxes_found, base)
+
+
+def erosion_choices(runner: Runner) -> Result:
+    """What box, friction coefficient and depth do to height and flux, each beside a bed of 9 D in the scene's box."""
+    result = Result("Choices of laminar_erosion: Re_b 0.301, D/h = 6",
+                    axes=("share of grains", "height over the bed's surface / D"))  # fmt: skip
+    beside(runner, result, CHOICES, SHALLOW)
+    return result
+
+
+SIX_CELLS = "bed of 9 D at six cells to a diameter"
+# The step as h^2 goes, so that its diffusion number is about the scene's (7.2; 8 here).
+CELLS: dict[str, Changes] = {
+    SIX_CELLS: shallow({}, {}),
+    "eight cells to a diameter": shallow({"grid.cells": [64, 128, 48], "time.step": 0.125}, {}),
+}
+
+
+def erosion_cells(runner: Runner) -> Result:
+    """What resolution does to height and flux of a bed of 9 D."""
+    result = Result("Resolution of laminar_erosion: Re_b 0.301, bed of 9 D",
+                    axes=("share of grains", "height over the bed's surface / D"))  # fmt: skip
+    beside(runner, result, CELLS, SIX_CELLS)
     return result
 
 
@@ -453,6 +474,7 @@ CASES: dict[str, Callable[[Runner], Result]] = {
     "erosion402": partial(erosion_at, reference=CASES_OF_FLUX[1]),
     "erosion_long": erosion_long,
     "erosion_choices": erosion_choices,
+    "erosion_cells": erosion_cells,
     "erosion_law": partial(erosion_law, friction=AT_REST),
     "erosion_law_damper": partial(erosion_law, friction=DAMPER),
 }
