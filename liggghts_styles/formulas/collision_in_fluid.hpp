@@ -12,13 +12,13 @@
 /// equal and opposite on both. Weight and the drag that parts them act on: a constant load does no
 /// work in a contact that ends where it began. A load that pushes them together is borne: at the
 /// touch it is the answer to the film's last push, and would draw the collision out. In exchange a
-/// damper takes what viscosity would have taken. A sphere whose speed jumps by Δu loses Basset's
-/// impulse until the layer along it is as old as t, and its added mass loses with it, as the
-/// contact bears that, too:
-///     β m Δu,   β = 12 R² ρf sqrt(π ν t)/(m + (2/3) π R³ ρf).
+/// damper takes what viscosity would have taken. A sphere whose speed jumps by Δu
+/// in fluid that Basset's force alone couples it to keeps exp(τ) erfc(√τ) Δu, so that it loses,
+/// with its added mass, as the contact turns that round, too,
+///     β Δu,   β = 1 - exp(τ) erfc(√τ),   √τ = 6 π R² ρf sqrt(ν t)/(m + (2/3) π R³ ρf).
 /// t is the time for which the contact pays, because the run's fluid does not: while the layer
 /// grows in the stretched collision, and while it is thinner than the grid tells,
-///     t = a (T_c/2 + h²/(6 ν))/4 + (1 - a) (0.3 T_c + 2 h/u).
+///     t = a (T_c/2 + h²/(5 ν))/4 + (1 - a) (0.3 T_c + 2.3 h/u).
 /// a = 1: the layer is thicker than the kernel, whose width adds to it, and half of the impulse (a
 /// quarter of the time) comes later all the same, in flight. a = 0: it is thinner, and the grid
 /// knows of none until the sphere has left the reach of its kernel. Rebounds at St = 27 (a = 1,
@@ -43,8 +43,8 @@ inline double resolved_layer(double cell_reynolds) {
 inline double collision_layer_age(double kinematic_viscosity, double collision_time, double h,
                                   double speed) {
   const double a = resolved_layer(speed * h / kinematic_viscosity);
-  const double thick = (0.5 * collision_time + h * h / (6 * kinematic_viscosity)) / 4;
-  const double thin = 0.3 * collision_time + 2 * h / speed;
+  const double thick = (0.5 * collision_time + h * h / (5 * kinematic_viscosity)) / 4;
+  const double thin = 0.3 * collision_time + 2.3 * h / speed;
   return a * thick + (1 - a) * thin;
 }
 
@@ -54,8 +54,10 @@ inline double viscous_share(double radius, double mass, double fluid_density,
                             double kinematic_viscosity, double age) {
   constexpr double pi = 3.14159265358979323846;
   const double added_mass = 2 * pi / 3 * radius * radius * radius * fluid_density;
-  return 12 * radius * radius * fluid_density * std::sqrt(pi * kinematic_viscosity * age) /
-         (mass + added_mass);
+  const double root = 6 * pi * radius * radius * fluid_density *
+                      std::sqrt(kinematic_viscosity * age) / (mass + added_mass);
+  if (root > 10) return 1;  // a layer far beyond one that is thin against R
+  return 1 - std::exp(root * root) * std::erfc(root);
 }
 
 /// c [kg/s] of a damper that in a collision of length T_c leaves (1 - β)/(1 + β) of the speed:

@@ -57,14 +57,14 @@ def test_a_collision_pays_what_viscosity_takes(runner):
 
 def test_what_viscosity_takes_slows_the_added_mass_too(runner):
     """St = 50 at 1.25 times the fluid's density, six cells to a diameter: the fit to experiments has 0.48, the run
-    0.43, and 0.31 where the impulse of the layer slows the sphere's own mass alone."""
+    0.47, and 0.39 where the impulse of the layer slows the sphere's own mass alone."""
     restitution = validation_rebounds._wet_restitution(runner, 50.0, 6, 1.25)[1]
     assert restitution == pytest.approx(0.97 * np.exp(-35.0 / 50.0), abs=0.08)
 
 
 def test_a_light_sphere_comes_off_a_fixed_one(tmp_path, monkeypatch):
-    """Density ratio 2.5, six cells to a diameter, St = m u/(6 pi mu R_eff^2) = 26 at the touch: beta = 0.147, so
-    that (1 - beta)/(1 + beta) and e_dry leave 0.72 of the speed, the run 0.77. What pushes the sphere towards the
+    """Density ratio 2.5, six cells to a diameter, St = m u/(6 pi mu R_eff^2) = 26 at the touch: beta = 0.138, so
+    that (1 - beta)/(1 + beta) and e_dry leave 0.73 of the speed, the run 0.77. What pushes the sphere towards the
     other one at the touch is the answer to the film just before; where the contact leaves that to the sphere, it
     goes in so deep that it counts as pressed and never comes off."""
     monkeypatch.setattr(job, "BIN", BIN)
@@ -80,4 +80,4 @@ def test_a_light_sphere_comes_off_a_fixed_one(tmp_path, monkeypatch):
         collision = next(csv.DictReader(file), None)
     assert collision is not None
     kept = float(collision["rebound_speed_normal"]) / float(collision["impact_speed_normal"])
-    assert kept == pytest.approx(0.72, abs=0.1)
+    assert kept == pytest.approx(0.73, abs=0.1)
