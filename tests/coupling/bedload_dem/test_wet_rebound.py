@@ -3,17 +3,13 @@ viscosity (liggghts_styles/formulas/collision_in_fluid.hpp), and where the fluid
 (SphereState::overlap)."""
 
 import csv
-import subprocess
 
 import numpy as np
 import pytest
 from programs import BIN
 
-from bedload_launcher import job
 from bedload_launcher.job import Ranks
-from bedload_launcher.scenes import Scene
 from bedload_studies import validation_rebounds, validation_runs
-from bedload_studies.small_scenes import Ball, SmallScene
 
 CELLS, MEASURED, NUMERICS = 10, 0.05, validation_rebounds.NUMERICS  # as in the study's case rebound27
 
@@ -62,21 +58,13 @@ def test_what_viscosity_takes_slows_the_added_mass_too(runner):
     assert restitution == pytest.approx(0.97 * np.exp(-35.0 / 50.0), abs=0.08)
 
 
-def test_a_light_sphere_comes_off_a_fixed_one(tmp_path, monkeypatch):
+def test_a_light_sphere_comes_off_a_fixed_one(runner):
     """Density ratio 2.5, six cells to a diameter, St = m u/(6 pi mu R_eff^2) = 26 at the touch: beta = 0.138, so
     that (1 - beta)/(1 + beta) and e_dry leave 0.73 of the speed, the run 0.77. What pushes the sphere towards the
     other one at the touch is the answer to the film just before; where the contact leaves that to the sphere, it
     goes in so deep that it counts as pressed and never comes off."""
-    monkeypatch.setattr(job, "BIN", BIN)
-    balls = [Ball((2.0, 2.0, 2.0), mobile=False), Ball((2.0, 4.0, 2.0), velocity=(0.0, -1.0, 0.0))]
-    scene = SmallScene((4.0, 6.0, 4.0), 6, viscosity=1.0 / 72.0, time_step=1.0 / 24.0, end=3.0, balls=balls)
-    scene.write(tmp_path / "scene")
-    out = tmp_path / "out"
-    out.mkdir()
-    work = job.Job(Scene(tmp_path / "scene"), scene.model, Ranks(1, 1), out, [])
-    subprocess.run(work.command(), cwd=tmp_path / "scene", env=job.environment(), stdin=subprocess.DEVNULL, check=True,
-                   stdout=subprocess.DEVNULL)  # fmt: skip
-    with open(out / "collisions.csv", encoding="utf-8") as file:
+    run = validation_rebounds._onto_sphere(runner, 2.5, 80.0, 6)[0]
+    with open(run.folder / "collisions.csv", encoding="utf-8") as file:
         collision = next(csv.DictReader(file), None)
     assert collision is not None
     kept = float(collision["rebound_speed_normal"]) / float(collision["impact_speed_normal"])
