@@ -12,9 +12,9 @@
 /// equal and opposite on both. Weight and the drag that parts them act on: a constant load does no
 /// work in a contact that ends where it began. A load that pushes them together is borne: at the
 /// touch it is the answer to the film's last push, and would draw the collision out. In exchange a
-/// damper takes what viscosity would have taken. A sphere whose speed jumps by Δu
-/// in fluid that Basset's force alone couples it to keeps exp(τ) erfc(√τ) Δu, so that it loses,
-/// with its added mass, as the contact turns that round, too,
+/// damper takes what viscosity would have taken. A sphere that nothing but Basset's force couples
+/// to the fluid keeps exp(τ) erfc(√τ) of a jump Δu of its speed; so it loses, with its added mass,
+/// as the contact turns that round, too,
 ///     β Δu,   β = 1 - exp(τ) erfc(√τ),   √τ = 6 π R² ρf sqrt(ν t)/(m + (2/3) π R³ ρf).
 /// t is the time for which the contact pays, because the run's fluid does not: while the layer
 /// grows in the stretched collision, and while it is thinner than the grid tells,

@@ -346,12 +346,12 @@ def _onto_sphere(runner: Runner, density: float, start_stokes: float, n: int) ->
 
 def onto_sphere(runner: Runner) -> Result:
     """Wet over dry restitution of light spheres that come at a fixed one."""
-    result = Result("Wet over dry restitution against a fixed sphere, e_dry = 0.97", axes=("St", "e / e_dry"))
+    result = Result("Wet restitution against a fixed sphere, e_dry = 0.97", axes=("St", "e / e_dry"))
     dry, source = 0.97, "exp(-35/St), a fit to walls, Legendre et al. 2005"
     result.remarks.append(
         "St = m u/(6 pi mu R_eff^2), at which the film takes what it takes at a wall; speeds are those at a gap of "
         "D/10. The layer along a sphere, which is slower here at the same St, takes more than at a wall, so that "
-        "the fit is an upper limit; the trend with the grid tells more."
+        "less than the fit is expected; the trend with the grid tells more."
     )
     numbers = np.geomspace(10.0, 100.0, 60)
     result.curves.append(Curve(source, *thin(numbers, np.exp(-35.0 / numbers))))
