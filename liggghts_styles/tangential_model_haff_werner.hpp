@@ -1,7 +1,10 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/formulas/haff_werner.hpp"
@@ -28,8 +31,8 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
   static constexpr bedload::NumberKeyword keywords[] = {
       {"tangentialDamping", 0, false, bedload::no_limit, 0, "from slipTime", "M/T",
        "Damping d_t of the slip."},
-      {"slipTime", 0, true, bedload::no_limit, 0, "0: a fluid time step", "T",
-       "Time in which slip dies away, not less than four DEM steps."},
+      {"slipTime", 0, true, bedload::no_limit, 0, "0: a fluid time step, less in viscous fluid",
+       "T", "Time in which slip dies away, not less than four DEM steps."},
       {"stickAfter", 0, true, bedload::no_limit, 0, "0: never, the published law",
        "fluid time steps", "Age from which a contact bears tangential loads at rest."}};
   static constexpr bedload::StyleHelp help{
@@ -73,10 +76,15 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
                         "tangential model haff_werner: tangentialDamping and slipTime both say "
                         "how fast slip dies away; leave out one of them (slipTime 0)");
     if (damping_setting_ == 0 && (slip_time_ > 0 || fluid_step_.known())) {
-      scale_ = {
-          "tangential model haff_werner", "slip time", "slipTime", "time step", slip_time_, 1};
+      scale_ = {"tangential model haff_werner",
+                slip_time_ > 0 ? "slip time" : "longest slip time",
+                "slipTime",
+                "time step",
+                slip_time_,
+                1};
       bedload::tell_scale(lmp, scale_, fluid_step_);
     }
+    viscosity_ = bedload::find_viscosity(lmp);
     mobility_ = bedload::Mobility(lmp);
   }
 
@@ -193,36 +201,63 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     const double felt = bedload::contact::tangential_mass(mass);
     const double damping = damping_setting_ > 0 ? bedload::contact::haff_werner_step_damping(
                                                       damping_setting_, felt, update->dt)
-                                                : felt * relaxing_damping_of_unit_mass();
+                                                : relaxing_damping(s, felt);
     return bedload::contact::haff_werner_force_per_slip(
         damping, slip[0] * slip[0] + slip[1] * slip[1] + slip[2] * slip[2],
         friction_(s.itype, s.jtype) * normal_force);
   }
 
-  /// Default of d_t as a time: slip dies away within slipTime (a fluid step), and not faster than
-  /// in four DEM steps, which is stable for a sphere that touches twelve others. Kept until a step
-  /// changes.
-  double relaxing_damping_of_unit_mass() {
+  /// d_t from the time T in which slip dies away: slipTime; without it a fluid step, or less where
+  /// viscosity drives the slip faster. Not less than four DEM steps, which is stable for a sphere
+  /// that touches twelve others.
+  double relaxing_damping(const SurfacesCloseData& s, double felt) {
     const double dt = update->dt;
-    const double fluid_step = slip_time_ > 0        ? slip_time_
-                              : fluid_step_.known() ? fluid_step_.get()
-                                                    : 0.0;
-    if (dt != kept_for_dt_ || fluid_step != kept_for_fluid_step_) {
-      kept_for_dt_ = dt;
-      kept_for_fluid_step_ = fluid_step;
-      kept_damping_ =
-          bedload::contact::haff_werner_relaxing_damping(std::max(fluid_step, 4 * dt), 1.0, dt);
-    }
-    return kept_damping_;
+    double relaxation = slip_time_ > 0 ? slip_time_ : fluid_step_.known() ? fluid_step_.get() : 0.0;
+    if (!viscosity_.known())
+      return bedload::contact::haff_werner_relaxing_damping(std::max(relaxation, 4 * dt), felt, dt);
+
+    const double resistance =
+        bedload::contact::viscous_slip_resistance(viscosity_.get(), inverse_radii(s));
+    if (slip_time_ == 0)
+      relaxation =
+          std::min(relaxation, bedload::contact::haff_werner_viscous_relaxation(felt, resistance));
+    const double damping =
+        bedload::contact::haff_werner_relaxing_damping(std::max(relaxation, 4 * dt), felt, dt);
+    if (!told_ && 4 * resistance > damping) tell_weak(felt, resistance, damping);
+    return damping;
+  }
+
+  /// Σ 1/R over the partners that can move [1/m]; one at least can.
+  double inverse_radii(const SurfacesCloseData& s) const {
+    double sum = mobility_.held(atom->mask[s.i]) ? 0.0 : 1 / s.radi;
+    if (!s.is_wall && !mobility_.held(atom->mask[s.j])) sum += 1 / s.radj;
+    return sum;
+  }
+
+  /// Says once that more than a fifth of a slip that viscosity drives is left, and what would help.
+  void tell_weak(double felt, double resistance, double damping) {
+    told_ = true;
+    const double wanted = bedload::contact::haff_werner_viscous_relaxation(felt, resistance);
+    std::string remedy;
+    if (slip_time_ > wanted) remedy = fmt::format("a slipTime of {:.3g} (or 0)", wanted);
+    if (4 * update->dt > wanted)
+      remedy += fmt::format("{}DEM steps of {:.3g} (coupling.dem_steps)",
+                            remedy.empty() ? "" : " and ", wanted / 4);
+    bedload::warn_of_own(lmp, "tangential model haff_werner",
+                         fmt::format("friction is slow to stop what the fluid's viscosity drives: "
+                                     "{:.0f} % of such a slip is "
+                                     "left at a contact; {} would leave {:.0f} %",
+                                     100 * resistance / (resistance + damping), remedy,
+                                     100 * bedload::contact::slip_left_to_viscosity));
   }
 
   int force_ = 0, step_ = 0;
   int since_ = 0;
   double damping_setting_ = 0, slip_time_ = 0, stick_after_ = 0;
   bedload::ModelScale scale_{};
-  double kept_for_dt_ = 0, kept_for_fluid_step_ = 0, kept_damping_ = 0;
+  bool told_ = false;
   bedload::PairTable friction_;
-  bedload::FluidValue fluid_step_;
+  bedload::FluidValue fluid_step_, viscosity_;
   bedload::Mobility mobility_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 
 /// Tangential force of Haff and Werner.
 ///
@@ -33,6 +34,24 @@ inline double haff_werner_step_damping(double damping, double mass, double dt) {
 /// @param mass M_t [kg]
 inline double haff_werner_relaxing_damping(double relaxation, double mass, double dt) {
   return mass / (relaxation + dt);
+}
+
+/// What a viscous fluid opposes to slip [kg/s], from the Stokes drag and torque on single spheres:
+///     1/ζ = Σ (1/(6πμ_f R) + R²/(8πμ_f R³)) = 7/(24πμ_f) Σ 1/R.
+/// A torque of the fluid's that would turn a sphere at a slip of g_f without friction leaves
+/// ζ/(ζ + d_t) of it with friction: d_t << ζ is none at all, whatever μ.
+/// @param inverse_radii Σ 1/R over the partners that can move [1/m]
+inline double viscous_slip_resistance(double viscosity, double inverse_radii) {
+  return 24 * std::numbers::pi * viscosity / (7 * inverse_radii);
+}
+
+/// Share of a slip driven by viscosity that friction may leave, by default. Between other spheres,
+/// where viscosity holds more, it is up to four times as much.
+inline constexpr double slip_left_to_viscosity = 0.02;
+
+/// T such that M_t/T leaves that share: slip has to die away faster than viscosity drives it.
+inline double haff_werner_viscous_relaxation(double mass, double resistance) {
+  return mass * slip_left_to_viscosity / ((1 - slip_left_to_viscosity) * resistance);
 }
 
 /// |F_t|/|g_t| = min(d_t, μ |F_n| / |g_t|) [kg/s]. The usual case, no sliding, needs no root.

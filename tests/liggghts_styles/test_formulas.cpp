@@ -245,6 +245,21 @@ TEST(HaffWerner, CapsAndStops) {
   }
 }
 
+TEST(HaffWerner, IsFasterThanTheSlipThatViscosityDrives) {
+  // A force along x at the lowest point of a sphere, and its opposite on a second one: what the
+  // point moves by the drag 6πμR and, with the arm R, by the torque 8πμR³.
+  const double mu = 0.7, one = 0.5, other = 2.0;
+  double mobility = 0;
+  for (const double r : {one, other})
+    mobility +=
+        1 / (6 * std::numbers::pi * mu * r) + r * r / (8 * std::numbers::pi * mu * std::pow(r, 3));
+  const double resistance = viscous_slip_resistance(mu, 1 / one + 1 / other);
+  EXPECT_NEAR(resistance * mobility, 1, 1e-12);
+  // ζ g_f drives, ζ g and d g hold: g/g_f = ζ/(ζ + d).
+  const double damping = 0.3 / haff_werner_viscous_relaxation(0.3, resistance);
+  EXPECT_NEAR(resistance / (resistance + damping), slip_left_to_viscosity, 1e-12);
+}
+
 TEST(Lubrication, FormulaLimitsAndStep) {
   const double c = lubrication_strength(1e-3, 2e-3) / 1e-4;
   EXPECT_NEAR(c, 6 * std::numbers::pi * 1e-3 * 4e-6 / 1e-4, 1e-18);

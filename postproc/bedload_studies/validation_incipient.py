@@ -1,0 +1,157 @@
+"""Incipient motion of one grain in a pocket: at which Shields number it leaves, beside statics. A case of
+validation.py."""
+
+import csv
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from bedload_post.outputs import Run
+
+from .validation_runs import Curve, Result, Row, Runner
+from .validation_steady import last_load
+
+GRAIN, POCKET = 17, 2.0  # its tag and its place along x at rest
+DENSITY_DIFFERENCE, WEIGHT = 1.5, math.pi / 6.0  # rho_p - rho_f; W/((rho_p - rho_f) g D^3)
+SPIN = 0.5  # of the second held run, with the shear, about as fast as a free grain's
+
+# The pocket of a square layer. Over the ridge between the two spheres downstream the grain turns about the line
+# through their centres: the direction from there to the grain stands at this angle to the vertical (35.3 degrees),
+# and each of the two normals has this part in the plane of the flow.
+REPOSE, IN_PLANE = math.atan(0.5 / math.sqrt(0.5)), math.sqrt(0.75)
+
+LEFT = 0.2  # D, displacement along x of a grain that has left: the ridge is at 0.5, soft models give way by 0.05
+GATHERING, CREEP = 1.2, 2e-5  # growth of its speed in a tenth of the run, and speed [nu/D]
+HALVINGS = 7
+REPULSION = 0.1  # D, the paper's range 2h
+
+
+@dataclass(frozen=True)
+class Loads:
+    """What the flow does to a held grain, linear in its spin s (clockwise seen along z, as the shear turns it):
+    force along x F + F_s s, torque T + T_s s, and the stress of the flow."""
+
+    force: float
+    force_of_spin: float
+    torque: float
+    torque_of_spin: float
+    stress: float
+
+    def statics(self, friction: float) -> float:
+        """Shields number at which the grain leaves.
+
+        Where the spheres upstream bear nothing any more, along the normal and across it
+            N = W cos a + F sin a,   W sin a = F cos a + F_t,   T = F_t R cos b,
+        (the points of contact are R cos b from the grain's axis), and either it rolls, s = 0, or friction slips,
+        F_t = mu N / cos b, with the spin that is left.
+        """
+        sine, cosine = math.sin(REPOSE), math.cos(REPOSE)
+
+        def balance(spin: float) -> tuple[float, float, float]:
+            """Weight, friction that the torque asks for, most that there is."""
+            force = self.force + self.force_of_spin * spin
+            asked = (self.torque + self.torque_of_spin * spin) / (0.5 * IN_PLANE)
+            weight = (force * cosine + asked) / sine
+            return weight, asked, friction * (weight * cosine + force * sine) / IN_PLANE
+
+        lacking = [asked - most for _, asked, most in (balance(0.0), balance(1.0))]  # linear in the spin
+        spin = lacking[0] / (lacking[0] - lacking[1]) if lacking[0] > 0.0 else 0.0
+        return self.stress * WEIGHT / balance(spin)[0]
+
+
+def _settings(n: int) -> dict[str, object]:
+    return {"grid.cells": [4 * n, 5 * n, 4 * n]}
+
+
+def held_loads(runner: Runner, n: int) -> Loads:
+    """Two runs with the grain held in its pocket, without and with spin."""
+    still, spun = (
+        runner("incipient", f"incipient-held-{spin:g}-{n}", _settings(n) | {"time.end": 10.0},
+               {"hold": 1, "spin": -spin}) for spin in (0.0, SPIN)
+    )  # fmt: skip
+    (force, torque), (more_force, more_torque) = (
+        (float(f[0]), -float(t[2])) for f, t in (last_load(still), last_load(spun))
+    )
+    with (still.folder / "history.csv").open(encoding="utf-8") as stream:
+        stress = -float(list(csv.DictReader(stream))[-1]["wall_stress_upper"])
+    return Loads(force, (more_force - force) / SPIN, torque, (more_torque - torque) / SPIN, stress)
+
+
+def leaves(run: Run) -> bool:
+    """Whether the grain has left, or is about to: just above the threshold its speed grows slowly, as the films behind
+    it open, and is far above the creep of a grain that stays, which does not grow."""
+    grain = run.samples_of(GRAIN)
+    if np.max(np.abs(grain.position[:, 0] - POCKET)) > LEFT:
+        return True
+    tenth = len(grain.time) // 10
+    before, last = (
+        float(np.mean(grain.velocity[part, 0])) for part in (slice(-2 * tenth, -tenth), slice(-tenth, None))
+    )
+    return last > GATHERING * before and last > CREEP
+
+
+def at_shields(
+    runner: Runner, loads: Loads, shields: float, model: str, friction: float, n: int, end: float = 45.0
+) -> Run:
+    """The grain free to go, at a Shields number that the weight sets."""
+    gravity = loads.stress / (DENSITY_DIFFERENCE * shields)
+    repulsive = model.startswith("rpm")
+    return runner("incipient", f"incipient-{model}-{friction:g}-{n}-{shields:.4f}",
+                  _settings(n) | {"fluid.gravity": [0.0, -gravity, 0.0], "time.end": end},
+                  {"gravity": gravity, "model": model, "friction": friction, "repulsion_range": REPULSION}
+                  | ({"gap": 0.99 * REPULSION} if repulsive else {}))  # fmt: skip
+
+
+def critical_shields(runner: Runner, loads: Loads, model: str, friction: float, n: int) -> float:
+    """By halves, between 0.5 and 1.6 of what statics asks: known to 0.5 % then."""
+    exact = loads.statics(friction)
+    low, high = math.log(0.5 * exact), math.log(1.6 * exact)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if leaves(at_shields(runner, loads, math.exp(middle), model, friction, n)):
+            high = middle
+        else:
+            low = middle
+    return math.exp(0.5 * (low + high))
+
+
+# Collision model, friction coefficient, cells to a diameter.
+POINTS = [
+    ("actm", 0.0, 8), ("actm_hw", 0.15, 8), ("actm_hw", 0.8, 8),
+    ("actm_hw_static", 0.15, 8), ("actm_hw_static", 0.8, 8), ("actm_hw_static", 0.8, 12),
+    ("rpm", 0.0, 8), ("rpm_hw", 0.15, 8), ("rpm_hw", 0.8, 8),
+]  # fmt: skip
+
+
+def incipient(runner: Runner) -> Result:
+    """Critical Shields number of one grain on a square layer in a viscous shear flow, for each collision model."""
+    result = Result("Incipient motion of a grain in a pocket, viscous shear flow",
+                    axes=("friction coefficient", "critical Shields number"))  # fmt: skip
+    loads = {n: held_loads(runner, n) for n in sorted({n for *_, n in POINTS})}
+    found: dict[str, list[tuple[float, float]]] = {}
+    of_statics: dict[bool, list[float]] = {True: [], False: []}
+    for model, friction, n in POINTS:
+        repulsive = model.startswith("rpm")
+        value, exact = critical_shields(runner, loads[n], model, friction, n), loads[n].statics(friction)
+        result.rows.append(Row(f"{model}, friction coefficient {friction:g}, D/h = {n}", value, exact,
+                               None if repulsive else 0.05, source="statics"))  # fmt: skip
+        of_statics[repulsive].append(value / exact)
+        found.setdefault(f"{model}, D/h = {n}", []).append((friction, value))
+    coefficients = np.linspace(0.0, 0.8, 33)
+    result.curves.append(Curve("statics, D/h = 8", coefficients.tolist(),
+                               [loads[8].statics(c) for c in coefficients]))  # fmt: skip
+    for name, points in found.items():
+        result.curves.append(Curve(name, [c for c, _ in points], [value for _, value in points], points=True))
+    contact, repulsion = of_statics[False], of_statics[True]
+    result.remarks.append(
+        "Statics: the weight at which force and torque of the flow, from runs with the grain held in the pocket, lift "
+        "it over the ridge; no model is in it but friction. With contacts at the touch (actm) grains leave at "
+        f"{min(contact):.2f} to {max(contact):.2f} of that Shields number; with the repulsion of {REPULSION:g} D (rpm) "
+        f"at {min(repulsion):.2f} to {max(repulsion):.2f}: it holds the grain higher, in faster fluid and a shallower "
+        "pocket. Friction lowers the threshold, because the torque helps where the grain rolls. Such layers were "
+        "measured by Agudo & Wierschem (Phys. Fluids 24, 2012), whose text was not at hand."
+    )
+    return result
+
+
+CASES = {"incipient": incipient}
