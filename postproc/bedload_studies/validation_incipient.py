@@ -145,11 +145,12 @@ def incipient(runner: Runner) -> Result:
     contact, repulsion = of_statics[False], of_statics[True]
     result.remarks.append(
         "Statics: the weight at which force and torque of the flow, from runs with the grain held in the pocket, lift "
-        "it over the ridge; no model is in it but friction. With contacts at the touch (actm) grains leave at "
-        f"{min(contact):.2f} to {max(contact):.2f} of that Shields number; with the repulsion of {REPULSION:g} D (rpm) "
-        f"at {min(repulsion):.2f} to {max(repulsion):.2f}: it holds the grain higher, in faster fluid and a shallower "
-        "pocket. Friction lowers the threshold, because the torque helps where the grain rolls. Such layers were "
-        "measured by Agudo & Wierschem (Phys. Fluids 24, 2012), whose text was not at hand."
+        "it over the ridge; no model is in it but friction. Found by halves, to 0.5 %; the bound leaves room for the "
+        "slip that friction without memory needs to bear a torque (actm_hw). With contacts at the touch (actm) grains "
+        f"leave at {min(contact):.2f} to {max(contact):.2f} of that Shields number; with the repulsion of "
+        f"{REPULSION:g} D (rpm) at {min(repulsion):.2f} to {max(repulsion):.2f}: it holds the grain higher, in faster "
+        "fluid and a shallower pocket. Friction lowers the threshold, because the torque helps where the grain rolls. "
+        "Such layers were measured by Agudo & Wierschem (Phys. Fluids 24, 2012), whose text was not at hand."
     )
     return result
 
