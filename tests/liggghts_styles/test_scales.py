@@ -72,6 +72,38 @@ def test_slip_time_is_the_same_on_any_grid(tmp_path):
     assert spin(1e-3, 5e-4) == pytest.approx(10 - 10 * (5 / 14) * (1 - left), rel=0.01)
 
 
+def test_friction_keeps_up_with_viscosity(tmp_path):
+    """Without slipTime slip dies away in a step of the fluid, or in the time in which viscosity would leave 2 % of it:
+    T = 1e-3 by that rule does what slipTime 1e-3 does. A longer one that is given stays, with a warning."""
+    pair = [Sphere((0, 0, 0), (0.1, 0.0, 0), (0, 0, 10.0)), Sphere((D + 1e-9, 0, 0))]
+    felt = 2 / 7 * pair[0].mass / 2  # M_t = 2/7 of the reduced mass
+    resistance = felt / 1e-3 * 0.02 / 0.98  # zeta = 24 pi mu/(7 (1/R + 1/R))
+    viscosity = resistance * 7 * 4 / D / (24 * np.pi)
+
+    def scene(slip_time, mu):
+        return Scene(pair, friction=1e3, restitution=1.0, fluid_step=2e-3, substeps=40,
+                     settings=f"collisionTime {T_C} slipTime {slip_time}",
+                     properties=[f"fix m4 all property/global fluidViscosity scalar {mu}"])  # fmt: skip
+
+    def spin(slip_time, mu, folder):
+        return scene(slip_time, mu).run(tmp_path / folder, 40).spin[0, 2]
+
+    def told(slip_time, mu):
+        (tmp_path / "spheres.data").write_text(scene(slip_time, mu).data_file())
+        return run_script(tmp_path, scene(slip_time, mu).script(40))
+
+    thin = 1e-6 * viscosity
+    viscous = spin(0, viscosity, "viscous")
+    assert viscous == pytest.approx(spin(1e-3, thin, "given"), rel=2e-4)  # 7e-5: not the same collision
+    assert spin(0, thin, "thin") == spin(2e-3, thin, "step")
+    assert spin(0.2, viscosity, "slow") != pytest.approx(viscous, rel=0.01)
+    # zeta/(zeta + M_t/T) = 0.8 with T = 0.2.
+    slow = told(0.2, viscosity)
+    assert "is slow to stop what the fluid's viscosity drives: 80 % of such a slip" in slow
+    assert "a slipTime of 0.001 (or 0) would leave 2 %" in slow
+    assert "is slow to stop" not in told(0, viscosity)
+
+
 MU = 1e-3  # with rho_p 2500: St = 2500 u 0.01/(9 MU) = u/3.6e-4
 
 
