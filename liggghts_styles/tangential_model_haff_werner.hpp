@@ -210,20 +210,41 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
   /// d_t from the time T in which slip dies away: slipTime; without it a fluid step, or less where
   /// viscosity drives the slip faster. Not less than four DEM steps, which is stable for a sphere
   /// that touches twelve others.
-  double relaxing_damping(const SurfacesCloseData& s, double felt) {
-    const double dt = update->dt;
-    double relaxation = slip_time_ > 0 ? slip_time_ : fluid_step_.known() ? fluid_step_.get() : 0.0;
-    if (!viscosity_.known())
-      return bedload::contact::haff_werner_relaxing_damping(std::max(relaxation, 4 * dt), felt, dt);
+  [[gnu::always_inline]] double relaxing_damping(const SurfacesCloseData& s, double felt) {
+    const double fluid_step = fluid_step_.known() ? fluid_step_.get() : 0.0;
+    if (update->dt != kept_for_dt_ || fluid_step != kept_for_fluid_step_) keep(fluid_step);
+    // Σ 1/R >= 1/(R_p + R_q) tells most contacts apart from viscous ones without a division.
+    const double distance = s.radi + (s.is_wall ? 0.0 : s.radj);
+    if (felt >= inertial_from_ * distance) return felt * kept_damping_;
+    return viscous_damping(s, felt);
+  }
 
+  /// What the contacts of a step have in common: M_t/(T + Δt) of unit mass, and the M_t Σ 1/R from
+  /// which viscosity neither shortens T nor is worth a warning.
+  void keep(double fluid_step) {
+    const double dt = kept_for_dt_ = update->dt;
+    kept_for_fluid_step_ = fluid_step;
+    relaxation_ = slip_time_ > 0 ? slip_time_ : fluid_step;
+    const double longest = std::max(relaxation_, 4 * dt);
+    kept_damping_ = bedload::contact::haff_werner_relaxing_damping(longest, 1.0, dt);
+    if (!viscosity_.known()) return;
+    const double of_unit = bedload::contact::viscous_slip_resistance(viscosity_.get(), 1.0);
+    inertial_from_ =
+        std::max(relaxation_ / bedload::contact::haff_werner_viscous_relaxation(1.0, of_unit),
+                 weak_ * of_unit * (longest + dt));
+  }
+
+  double viscous_damping(const SurfacesCloseData& s, double felt) {
+    const double dt = update->dt;
     const double resistance =
         bedload::contact::viscous_slip_resistance(viscosity_.get(), inverse_radii(s));
+    double relaxation = relaxation_;
     if (slip_time_ == 0)
       relaxation =
           std::min(relaxation, bedload::contact::haff_werner_viscous_relaxation(felt, resistance));
     const double damping =
         bedload::contact::haff_werner_relaxing_damping(std::max(relaxation, 4 * dt), felt, dt);
-    if (!told_ && 4 * resistance > damping) tell_weak(felt, resistance, damping);
+    if (!told_ && weak_ * resistance > damping) tell_weak(felt, resistance, damping);
     return damping;
   }
 
@@ -255,6 +276,10 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
   int since_ = 0;
   double damping_setting_ = 0, slip_time_ = 0, stick_after_ = 0;
   bedload::ModelScale scale_{};
+  // d_t/ζ below which more than a fifth of the slip is left.
+  static constexpr double weak_ = 4;
+  double kept_for_dt_ = 0, kept_for_fluid_step_ = 0, relaxation_ = 0;
+  double kept_damping_ = 0, inertial_from_ = 0;
   bool told_ = false;
   bedload::PairTable friction_;
   bedload::FluidValue fluid_step_, viscosity_;

@@ -309,6 +309,24 @@ def erosion_cells(runner: Runner) -> Result:
     return result
 
 
+AS_IT_IS = "bed of 9 D, friction at rest"
+TWICE: dict[str, object] = {"coupling.dem_steps": 240}
+FRICTIONS: dict[str, Changes] = {
+    AS_IT_IS: shallow({}, {}),
+    "twice the DEM steps": shallow(TWICE, {}),
+    "no friction at rest": shallow({}, {"model": "actm_hw"}),
+    "no friction at rest, twice the DEM steps": shallow(TWICE, {"model": "actm_hw"}),
+}
+
+
+def erosion_friction(runner: Runner) -> Result:
+    """What friction at rest, and how fast friction stops slip, do to height and flux of a bed of 9 D."""
+    result = Result("Friction in laminar_erosion: Re_b 0.301, bed of 9 D",
+                    axes=("share of grains", "height over the bed's surface / D"))  # fmt: skip
+    beside(runner, result, FRICTIONS, AS_IT_IS)
+    return result
+
+
 DEEP = 13.0  # D: depth of bed_deep.data
 STRESSES = (1.0, 1.4, 2.0, 2.8)  # over that of Re_b = 0.301
 CLEAR = 0.1  # grains' share of the volume at which the clear fluid begins (Kidanemariam & Uhlmann 2014, from memory)
@@ -477,6 +495,7 @@ CASES: dict[str, Callable[[Runner], Result]] = {
     "erosion_long": erosion_long,
     "erosion_choices": erosion_choices,
     "erosion_cells": erosion_cells,
+    "erosion_friction": erosion_friction,
     "erosion_law": partial(erosion_law, friction=AT_REST),
     "erosion_law_damper": partial(erosion_law, friction=DAMPER),
 }

@@ -1,7 +1,6 @@
 """Incipient motion of one grain in a pocket: at which Shields number it leaves, beside statics. A case of
 validation.py."""
 
-import csv
 import math
 from dataclasses import dataclass
 
@@ -72,8 +71,7 @@ def held_loads(runner: Runner, n: int) -> Loads:
     (force, torque), (more_force, more_torque) = (
         (float(f[0]), -float(t[2])) for f, t in (last_load(still), last_load(spun))
     )
-    with (still.folder / "history.csv").open(encoding="utf-8") as stream:
-        stress = -float(list(csv.DictReader(stream))[-1]["wall_stress_upper"])
+    stress = -float(still.history()["wall_stress_upper"][-1])
     return Loads(force, (more_force - force) / SPIN, torque, (more_torque - torque) / SPIN, stress)
 
 
