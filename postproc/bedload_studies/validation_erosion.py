@@ -1,12 +1,10 @@
-"""Validation cases: a thick bed under a viscous flow (Aussillous 2013, Biegert 2017), and how its flux grows with
-the Shields number (Kidanemariam & Uhlmann 2014). No study of its own."""
+"""Validation cases: a thick bed under a viscous flow (Aussillous 2013, Biegert 2017). Cases of validation.py."""
 
 from collections.abc import Callable
 from functools import partial
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
 
 from bedload_post import flow_statistics
 from bedload_post.batches import Estimate, estimate
@@ -327,168 +325,6 @@ def erosion_friction(runner: Runner) -> Result:
     return result
 
 
-DEEP = 13.0  # D: depth of bed_deep.data
-STRESSES = (1.0, 1.4, 2.0, 2.8)  # over that of Re_b = 0.301
-CLEAR = 0.1  # grains' share of the volume at which the clear fluid begins (Kidanemariam & Uhlmann 2014, from memory)
-CUBE = "Kidanemariam & Uhlmann 2014"
-
-
-@dataclass(frozen=True)
-class Friction:
-    """Runs of the law with one model of friction; means are taken over `window` (begin, end), where the stress is
-    larger as many times sooner. `changes`: variables of the script beside the model."""
-
-    model: str
-    what: str
-    window: tuple[float, float]
-    changes: dict[str, object]
-
-    def label(self, stress: float) -> str:
-        return f"erosion-deep-{stress:g}-{self.model}"
-
-
-AT_REST = Friction("actm_hw_static", "friction at rest", (100.0, 140.6), {})
-# Kidanemariam & Uhlmann (arXiv 1409.0339): a tangential damper, limited by Coulomb's friction of coefficient 0.4.
-DAMPER = Friction("actm_hw", "no friction at rest, coefficient 0.4", (200.0, 300.0), {"friction": 0.4})
-
-
-def deep(stress: float, height: float, friction: Friction) -> Changes:
-    """Changes of fluid.toml and in.liggghts for the bed of 13 D under `stress` times the stress of Re_b = 0.301, in a
-    channel whose clear height is `height` times as high: the flux is stress height^2 times. All times are `stress`
-    times shorter, so that the bed's surface is sheared as far in as many steps. The flow starts as the parabola above
-    the bed: from rest, the push that sets it in motion loosens the whole bed, which then takes thousands of time units
-    to settle again."""
-    clear = CASES_OF_FLUX[0].height * height
-    top = float(round(DEEP + clear))
-    begin, end = friction.window
-    fluid: dict[str, object] = {
-        "grid.cells": [48, round(6.0 * top), 36], "grid.length": [8.0, top, 6.0],
-        "flow.bulk_velocity": round(0.0190 * 16.0 / top * stress * height**2, 6),
-        "reference.velocity": round(0.0427 * stress * height, 6), "reference.height": round(clear, 3),
-        "start.from": "laminar", "start.velocity": round(0.0427 * stress * height, 6), "start.height": DEEP,
-        "time.step": round(0.2 / stress, 6), "time.end": round(end / stress, 6),
-        "output.spheres_every": round(2.0 / stress, 6), "statistics.from": round(begin / stress, 6),
-    }  # fmt: skip
-    return fluid, {"bed_file": "bed_deep.data", "length_y": top, "model": friction.model} | friction.changes
-
-
-def law_point(run: Run, window: tuple[float, float]) -> tuple[float, float]:
-    """Shields number of the upper wall's stress and the grains' flux over Ga^2 nu, means over `window`."""
-
-    def mean(time: np.ndarray, values: np.ndarray) -> float:
-        return float(np.mean(values[(time >= window[0]) & (time <= window[1])]))
-
-    weight = run.submerged_weight * run.diameter  # (rho_p - rho_f) g D
-    scale = weight / run.value("fluid.density") * run.diameter**2 / run.viscosity  # Ga^2 nu
-    history = run.history()
-    stress = mean(history["time"], np.abs(history["wall_stress_upper"]))
-    return stress / weight, mean(*flux_samples(run)) / scale
-
-
-def power_law(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
-    """Exponent n and factor c of y = c x^n by least squares of the logarithms, and half of the exponent's 95 %
-    interval from the scatter about the line (Student's t with two degrees of freedom less than points)."""
-    log_x, log_y = np.log(x), np.log(y)
-    exponent, offset = np.polyfit(log_x, log_y, 1)
-    freedom = len(x) - 2
-    scatter = np.sum((log_y - exponent * log_x - offset) ** 2) / freedom
-    error = np.sqrt(scatter / np.sum((log_x - log_x.mean()) ** 2))
-    return float(exponent), float(np.exp(offset)), float(student.ppf(0.975, freedom) * error)
-
-
-def shields_of_parabola(run: Run, s: FlowStatistics) -> tuple[float, float]:
-    """Clear height over D and the Shields number 6 q_f/(nu Ga^2) (D/h_f)^2 of the plane Poiseuille flow in it, with
-    h_f from where the grains' share of the volume is CLEAR."""
-    height = height_above(s["y"], s["grains"], CLEAR, float(run.box[1])) / run.diameter
-    return height, 6.0 * fluxes(s)[0] / s.viscosity / GALILEO**2 / height**2
-
-
-def surface_of(s: FlowStatistics) -> float:
-    """The highest plane with more than half of the largest share of grains."""
-    return float(s["y"][np.flatnonzero(s["grains"] > 0.5 * np.max(s["grains"]))[-1]])
-
-
-def flux_below(s: FlowStatistics, height: float) -> float:
-    """Share of the grains' flux below a height."""
-    flux = s["mobile"] * s["grain_u"] * np.diff(s["y_face"])
-    return float(np.sum(flux[s["y"] < height]) / np.sum(flux))
-
-
-@dataclass(frozen=True)
-class Point:
-    """One run of the law: Shields numbers of the upper wall's stress and of the parabola, flux over Ga^2 nu."""
-
-    stress: float
-    parabola: float
-    flux: float
-    rows: list[Row]
-
-
-def point_of(run: Run, name: str, factor: float, window: tuple[float, float]) -> Point:
-    """Means over the window, `factor` times sooner; profiles over the time of the run's statistics."""
-    begin, end = (time / factor for time in window)
-    stress, flux = law_point(run, (begin, end))
-    middle = 0.5 * (begin + end)
-    settling = law_point(run, (middle, end))[1] / law_point(run, (begin, middle))[1]
-    s = flow_statistics.read(run)
-    height, parabola = shields_of_parabola(run, s)
-    return Point(stress, parabola, flux, [
-        Row(f"{name}: Shields number of the upper wall's stress", stress),
-        Row(f"{name}: h_f/D, from a packing of {CLEAR:g} to the wall", height),
-        Row(f"{name}: Shields number of the parabola over that height", parabola),
-        Row(f"{name}: flux of grains / (Ga^2 nu)", flux),
-        Row(f"{name}: flux of grains over fluid", fluxes(s)[1] / fluxes(s)[0]),
-        Row(f"{name}: flux, second half of that time over the first", settling, 1.0, source="steady"),
-        Row(f"{name}: share of the flux more than 2 D below the bed's surface",
-            flux_below(s, surface_of(s) - 2.0 * run.diameter)),
-        Row(f"{name}: share of the flux in the lowest third of the bed", flux_below(s, surface_of(s) / 3.0)),
-    ])  # fmt: skip
-
-
-def erosion_law(runner: Runner, friction: Friction) -> Result:
-    """Flux of the grains over the Shields number, in viscous units: q_p/(Ga^2 nu) grows as its cube."""
-    result = Result(f"Flux of the grains over the Shields number, D/h = 6, {friction.what}",
-                    axes=("Shields number", "flux of grains / (Ga^2 nu)"), logarithmic=True)  # fmt: skip
-    result.remarks.append(
-        "A bed of 13 D under flows that shear it as far in as many steps (a collision is as many times shorter where "
-        "the stress is larger); means over the same part of each. The pressure gradient pulls "
-        "at the grains inside the bed, too: at the depth z stress over weight is theta/phi (D/z + 2 D/h_f), which does "
-        "not fall below 2 theta D/(phi h_f) however deep the bed is, and where that is above the grains' friction all "
-        "of them move. So the channel is made as many times higher as the stress is larger. The bound asks that the "
-        "exponent is nearer to 3 than to 2 or 4."
-    )
-    points = []
-    for factor in STRESSES:
-        run = runner("../laminar_erosion", friction.label(factor), *deep(factor, factor, friction))
-        points.append(point_of(run, f"{factor:g} times the stress", factor, friction.window))
-        result.rows += points[-1].rows
-    flux = np.array([point.flux for point in points])
-    shields, parabola = np.array([p.stress for p in points]), np.array([p.parabola for p in points])
-    exponent, factor, half = power_law(shields, flux)
-    other, _, other_half = power_law(parabola, flux)
-    result.rows += [
-        Row(f"exponent of the Shields number (upper wall's stress), +- {half:.2f} (95 %)", exponent, 3.0, 0.5 / 3.0,
-            source=CUBE),
-        Row("flux / (Ga^2 nu) at a Shields number of 1 by that fit", factor),
-        Row(f"exponent of the Shields number (parabola), +- {other_half:.2f} (95 %)", other, 3.0, source=CUBE),
-    ]  # fmt: skip
-    result.rows += [
-        Row(f"exponent between the Shields numbers {one.stress:.2f} and {two.stress:.2f}",
-            float(np.log(two.flux / one.flux) / np.log(two.stress / one.stress)), 3.0, source=CUBE)
-        for one, two in zip(points, points[1:], strict=False)
-    ]  # fmt: skip
-    ends = np.array([shields.min(), shields.max()])
-    cube = float(np.exp(np.mean(np.log(flux) - 3.0 * np.log(shields))))
-    result.curves += [
-        Curve("runs", np.round(shields, 5).tolist(), np.round(flux, 6).tolist(), points=True),
-        Curve("runs, Shields number of the parabola", np.round(parabola, 5).tolist(), np.round(flux, 6).tolist(),
-              points=True),
-        Curve(f"fit, exponent {exponent:.2f} +- {half:.2f}", ends.tolist(), (factor * ends**exponent).tolist()),
-        Curve(f"cube, {cube:.2f} times", ends.tolist(), (cube * ends**3).tolist()),
-    ]  # fmt: skip
-    return result
-
-
 CASES: dict[str, Callable[[Runner], Result]] = {
     "erosion": partial(erosion_at, reference=CASES_OF_FLUX[0]),
     "erosion402": partial(erosion_at, reference=CASES_OF_FLUX[1]),
@@ -496,6 +332,4 @@ CASES: dict[str, Callable[[Runner], Result]] = {
     "erosion_choices": erosion_choices,
     "erosion_cells": erosion_cells,
     "erosion_friction": erosion_friction,
-    "erosion_law": partial(erosion_law, friction=AT_REST),
-    "erosion_law_damper": partial(erosion_law, friction=DAMPER),
 }
