@@ -67,6 +67,11 @@ def fluxes(s: FlowStatistics) -> tuple[float, float]:
     return float(np.sum(s["fluid"] * s["u"] * dy)), float(np.sum(s["mobile"] * s["grain_u"] * dy))
 
 
+def surface_of(s: FlowStatistics) -> float:
+    """The highest plane with more than half of the largest share of grains."""
+    return float(s["y"][np.flatnonzero(s["grains"] > 0.5 * np.max(s["grains"]))[-1]])
+
+
 def packing_inside(s: FlowStatistics, diameter: float) -> float:
     """Share of the grains from one diameter above the floor to one below the surface, as `./bedload settle` says it."""
     volume = s["grains"] * np.diff(s["y_face"])

@@ -11,7 +11,7 @@ from bedload_post.flow_statistics import FlowStatistics
 from bedload_post.outputs import Run
 from scipy.stats import t as student
 
-from .validation_erosion import Changes, flux_samples, fluxes, height_above
+from .validation_erosion import Changes, flux_samples, fluxes, height_above, surface_of
 from .validation_runs import Curve, Result, Row, Runner
 
 CUBE = "Kidanemariam & Uhlmann 2014"
@@ -88,11 +88,6 @@ def shields_of_parabola(run: Run, s: FlowStatistics) -> tuple[float, float]:
     return height, 6.0 * fluxes(s)[0] / viscous_flux(run) / height**2
 
 
-def surface_of(s: FlowStatistics) -> float:
-    """The highest plane with more than half of the largest share of grains."""
-    return float(s["y"][np.flatnonzero(s["grains"] > 0.5 * np.max(s["grains"]))[-1]])
-
-
 def flux_below(s: FlowStatistics, height: float) -> float:
     """Share of the grains' flux below a height."""
     flux = s["mobile"] * s["grain_u"] * np.diff(s["y_face"])
@@ -128,8 +123,8 @@ def erosion_law(runner: Runner, model: str, what: str) -> Result:
     result = Result(f"Flux of the grains over the Shields number, Re_b = {REYNOLDS:g}, D/h = 6, {what}",
                     axes=("Shields number", "flux of grains / (Ga^2 nu)"), logarithmic=True)  # fmt: skip
     result.remarks.append(
-        f"A bed of 9 D of grains of rho_p/rho_f = {DENSITY:g} under a laminar flow of Re_b = {REYNOLDS:g}; gravity alone "
-        f"varies. Means over the second half of a strain of about {STRAIN * END:.0f} at the bed's surface. "
+        f"A bed of 9 D of grains of rho_p/rho_f = {DENSITY:g} under a laminar flow of Re_b = {REYNOLDS:g}; gravity "
+        f"alone varies. Means over the second half of a strain of about {STRAIN * END:.0f} at the bed's surface. "
         "The bound asks that the exponent is nearer to 3 than to 2 or 4."
     )
     points = []
