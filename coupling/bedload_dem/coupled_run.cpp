@@ -110,6 +110,7 @@ bool CoupledRun::make_step(FixCoupleFluid& fluid, bool last) {
     left -= substeps;
     fluid.send_motion(left == 0 && last && fluid.stage().last == 0);
   }
+  old_lists_.look(fluid.fluid_time_step());
   return true;
 }
 

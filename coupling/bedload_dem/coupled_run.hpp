@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "coupling/bedload_dem/old_lists.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "pointers.h"
 
@@ -27,7 +28,7 @@ class CoupledRun : protected LAMMPS_NS::Pointers {
                                   "Takes the place of run: the grains move with the fluid.",
                                   "coupled_run [steps N]", keywords};
 
-  explicit CoupledRun(LAMMPS_NS::LAMMPS* instance) : Pointers(instance) {}
+  explicit CoupledRun(LAMMPS_NS::LAMMPS* instance) : Pointers(instance), old_lists_(instance) {}
   void command(int narg, char** arg);
 
  private:
@@ -41,6 +42,7 @@ class CoupledRun : protected LAMMPS_NS::Pointers {
   void announce_last_step(int dem_steps);
   void conclude();
 
+  OldLists old_lists_;
   bool span_known_ = false;  ///< the step at which this run ends
   bool moved_ = true;        ///< atoms may have changed rank since the last motion was sent
 };

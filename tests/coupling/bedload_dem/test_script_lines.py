@@ -100,3 +100,16 @@ def test_no_pair_style_is_needed(tmp_path):
     result = run_script(tmp_path, (text, "\n".join(without) + "\n"))
     assert result.status == 0, result.output
     assert "collisions" in result.output and "no pair_style" in result.output
+
+
+@pytest.mark.parametrize(
+    ("modify", "warns"),
+    [("delay 0", False), ("delay 0 every 100000", True), ("delay 0 every 100000 check no", True),
+     ("delay 0 every 1 check no", False), ("delay 0 once yes", True)],
+)  # fmt: skip
+def test_lists_that_outlive_the_skin_are_told_of(tmp_path, modify, warns):
+    """A grain passes half the skin, 0.275, within 10 steps of 0.03; contacts would be missed later."""
+    result = run_script(tmp_path, (MOTION, "fix motion grains move linear 1.5 0.0 0.0 units box"),
+                        ("delay 0", modify), options=("--steps", "14"))  # fmt: skip
+    assert result.status == 0, result.output
+    assert ("contacts may be missed" in result.output) is warns
