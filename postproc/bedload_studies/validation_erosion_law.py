@@ -3,7 +3,6 @@ A case of validation.py."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from bedload_post import flow_statistics
@@ -20,9 +19,11 @@ REYNOLDS = 250.0  # Re_b = q_f/nu
 DENSITY = 2.5  # rho_p/rho_f
 BED, CLEAR_HEIGHT = 9.1, 10.0  # D: height of bed_shallow.data at the start, of the fluid above it
 TOP = 19.0  # D: the box
-STEP = 0.004  # D^2/nu
+STEP = 0.005  # D^2/nu
 STRAIN = 6.0 * REYNOLDS / CLEAR_HEIGHT**2  # nu/D^2: shear rate at the bed's surface
-END = 16.0  # D^2/nu: until the layers that move have taken in the fluid by which they dilate
+END = 32.0  # D^2/nu: until the layers that move have taken in the fluid by which they dilate
+# A tangential damper that Coulomb's friction limits, as theirs, and one that bears loads at rest, too.
+DAMPER, AT_REST = "actm_hw", "actm_hw_static"
 CLEAR = 0.1  # grains' share of the volume at which the clear fluid begins (Kidanemariam & Uhlmann 2014, from memory)
 
 
@@ -35,8 +36,8 @@ def law_run(galileo: float, model: str) -> Changes:
         "fluid.gravity": [0.0, -gravity, 0.0], "fluid.diffusion": "explicit",
         "flow.bulk_velocity": REYNOLDS / TOP,
         "start.velocity": REYNOLDS / CLEAR_HEIGHT, "start.height": BED,
-        "time.step": STEP, "time.end": END, "coupling.dem_steps": 30,
-        "output.spheres_every": 0.04, "statistics.from": END / 2.0,
+        "time.step": STEP, "time.end": END, "coupling.dem_steps": 15,
+        "output.spheres_every": 0.1, "statistics.from": END / 2.0,
         "reference.velocity": REYNOLDS / CLEAR_HEIGHT, "reference.height": CLEAR_HEIGHT,
         "reference.sphere_density": DENSITY, "accuracy.precision": "single",
     }  # fmt: skip
@@ -118,20 +119,24 @@ def point_of(run: Run, name: str) -> Point:
 STEADY = 0.15
 
 
-def erosion_law(runner: Runner, model: str, what: str) -> Result:
+def erosion_law(runner: Runner) -> Result:
     """Flux of the grains over the Shields number, in viscous units: q_p/(Ga^2 nu) grows as its cube."""
-    result = Result(f"Flux of the grains over the Shields number, Re_b = {REYNOLDS:g}, D/h = 6, {what}",
+    result = Result(f"Flux of the grains over the Shields number, Re_b = {REYNOLDS:g}, D/h = 6",
                     axes=("Shields number", "flux of grains / (Ga^2 nu)"), logarithmic=True)  # fmt: skip
     result.remarks.append(
         f"A bed of 9 D of grains of rho_p/rho_f = {DENSITY:g} under a laminar flow of Re_b = {REYNOLDS:g}; gravity "
         f"alone varies. Means over the second half of a strain of about {STRAIN * END:.0f} at the bed's surface. "
         "The bound asks that the exponent is nearer to 3 than to 2 or 4."
     )
-    points = []
-    for galileo in GALILEO:
+
+    def point(galileo: float, model: str, name: str) -> Point:
         run = runner("../laminar_erosion", f"erosion-law-{galileo:g}-{model}", *law_run(galileo, model))
-        points.append(point_of(run, f"Ga = {galileo:g}"))
-        result.rows += points[-1].rows
+        found = point_of(run, name)
+        result.rows.extend(found.rows)
+        return found
+
+    points = [point(galileo, DAMPER, f"Ga = {galileo:g}") for galileo in GALILEO]
+    point(GALILEO[1], AT_REST, f"Ga = {GALILEO[1]:g}, with friction at rest")
     flux = np.array([point.flux for point in points])
     shields, parabola = np.array([p.stress for p in points]), np.array([p.parabola for p in points])
     exponent, factor, half = power_law(shields, flux)
@@ -160,7 +165,4 @@ def erosion_law(runner: Runner, model: str, what: str) -> Result:
     return result
 
 
-CASES: dict[str, Callable[[Runner], Result]] = {
-    "erosion_law": partial(erosion_law, model="actm_hw_static", what="friction at rest"),
-    "erosion_law_damper": partial(erosion_law, model="actm_hw", what="no friction at rest"),
-}
+CASES: dict[str, Callable[[Runner], Result]] = {"erosion_law": erosion_law}
