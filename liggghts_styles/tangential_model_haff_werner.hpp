@@ -23,8 +23,8 @@ inline constexpr int BEDLOAD_HAFF_WERNER = 20;
 ///
 /// The contact history holds the force of the last step (hw_fx, hw_fy, hw_fz on sphere i) and the
 /// number of that step. The law has no memory; this is for a run that is split or restarted. With
-/// the keyword stickAfter also the step at which the contact began (hw_since) and the spring of an
-/// enduring contact (hw_sx, hw_sy, hw_sz [m]).
+/// the keyword stickAfter or stickTime also the step at which the contact began (hw_since) and the
+/// spring of an enduring contact (hw_sx, hw_sy, hw_sz [m]).
 template <>
 class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
  public:
@@ -34,7 +34,9 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
       {"slipTime", 0, true, bedload::no_limit, 0, "0: a fluid time step, less in viscous fluid",
        "T", "Time in which slip dies away, not less than four DEM steps."},
       {"stickAfter", 0, true, bedload::no_limit, 0, "0: never, the published law",
-       "fluid time steps", "Age from which a contact bears tangential loads at rest."}};
+       "fluid time steps", "Age from which a contact bears tangential loads at rest."},
+      {"stickTime", 0, true, bedload::no_limit, 0, "0: as stickAfter says", "T",
+       "The same age as a time."}};
   static constexpr bedload::StyleHelp help{
       "tangential model haff_werner",
       "Friction that damps the slip and is cut at coefficientFriction times the normal force.",
@@ -55,10 +57,11 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     bedload::read_setting(settings, keywords[0], damping_setting_);
     bedload::read_setting(settings, keywords[1], slip_time_);
     bedload::read_setting(settings, keywords[2], stick_after_);
+    bedload::read_setting(settings, keywords[3], stick_time_);
   }
 
   void postSettings(IContactHistorySetup* hsetup, ContactModelBase*) override {
-    if (stick_after_ == 0) return;
+    if (!sticks()) return;
     since_ = hsetup->add_history_value("hw_since", "0");
     hsetup->add_history_value("hw_sx", "1");
     hsetup->add_history_value("hw_sy", "1");
@@ -68,9 +71,10 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
   void connectToProperties(PropertyRegistry&) override {
     friction_ = bedload::read_pair_property(lmp, "tangential model haff_werner",
                                             "coefficientFriction", 0.0, 1e3);
-    fluid_step_ = stick_after_ > 0 ? bedload::require_fluid_time_step(
-                                         lmp, "tangential model haff_werner stickAfter")
-                                   : bedload::FluidValue::find(lmp, "dt_fluid", "fluidTimeStep");
+    fluid_step_ =
+        sticks() && stick_time_ == 0
+            ? bedload::require_fluid_time_step(lmp, "tangential model haff_werner stickAfter")
+            : bedload::FluidValue::find(lmp, "dt_fluid", "fluidTimeStep");
     if (damping_setting_ > 0 && slip_time_ > 0)
       bedload::stop_run(lmp,
                         "tangential model haff_werner: tangentialDamping and slipTime both say "
@@ -84,6 +88,13 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
                 1};
       bedload::tell_scale(lmp, scale_, fluid_step_);
     }
+    stick_age_ = {"tangential model haff_werner",
+                  "age of a contact at rest",
+                  "stickTime",
+                  "time steps",
+                  stick_time_,
+                  stick_after_};
+    if (sticks()) bedload::tell_scale(lmp, stick_age_, fluid_step_);
     viscosity_ = bedload::find_viscosity(lmp);
     mobility_ = bedload::Mobility(lmp);
   }
@@ -144,7 +155,7 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     if (s.computeflag && s.shearupdate) {
       const double damping = force_per_slip(s, slip, normal_force, mass);
       for (int d = 0; d < 3; ++d) f[d] = -damping * slip[d];
-      if (stick_after_ > 0) stick(s, n, slip, stiffness, normal_force, f);
+      if (sticks()) stick(s, n, slip, stiffness, normal_force, f);
       std::copy_n(f, 3, memory);
       step = now;
     } else if (step == now && now > 0) {
@@ -166,8 +177,10 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     }
   }
 
-  /// Keyword stickAfter: age of the contact, and once it endures a spring beside the damping that
-  /// already is in f. Without a stiffness (rpm before touch) there is none.
+  bool sticks() const { return stick_after_ > 0 || stick_time_ > 0; }
+
+  /// stickAfter and stickTime: age of the contact, and once it endures a spring beside the damping
+  /// that already is in f. Without a stiffness (rpm before touch) there is none.
   void stick(const SurfacesCloseData& s, const double* n, const double* slip, double stiffness,
              double normal_force, double* f) const {
     double& since = s.contact_history[since_];
@@ -178,7 +191,7 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
       std::fill_n(spring, 3, 0.0);
     }
     const double dt = update->dt;
-    if (stiffness == 0 || (now - since) * dt < stick_after_ * fluid_step_.get()) return;
+    if (stiffness == 0 || (now - since) * dt < stick_age_.value(fluid_step_)) return;
     for (int d = 0; d < 3; ++d) spring[d] += slip[d] * dt;
     const double along = spring[0] * n[0] + spring[1] * n[1] + spring[2] * n[2];
     for (int d = 0; d < 3; ++d) {
@@ -274,8 +287,8 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
 
   int force_ = 0, step_ = 0;
   int since_ = 0;
-  double damping_setting_ = 0, slip_time_ = 0, stick_after_ = 0;
-  bedload::ModelScale scale_{};
+  double damping_setting_ = 0, slip_time_ = 0, stick_after_ = 0, stick_time_ = 0;
+  bedload::ModelScale scale_{}, stick_age_{};
   // d_t/ζ below which more than a fifth of the slip is left.
   static constexpr double weak_ = 4;
   double kept_for_dt_ = 0, kept_for_fluid_step_ = 0, relaxation_ = 0;

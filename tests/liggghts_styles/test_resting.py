@@ -119,14 +119,14 @@ def heap(restitution, tangential="history", layers=8, width=8, settings=""):
     )
 
 
-@pytest.mark.parametrize("stick", [False, True])
-def test_stick_on_a_slope(tmp_path, stick):
+@pytest.mark.parametrize("settings", ["", "stickAfter 20", "stickTime 4e-3"])
+def test_stick_on_a_slope(tmp_path, settings):
     """Spheres that cannot roll (integrated without spin) on slopes of half and of twice the friction
     coefficient. Haff and Werner's law has no static part: on the gentle slope the sphere creeps at
-    g sin θ m/d_t, d_t = 2/7 m/Δt_fluid. With stickAfter it stands. On the steep one both slide with
+    g sin θ m/d_t, d_t = 2/7 m/Δt_fluid. With stickAfter or stickTime it stands. On the steep one both slide with
     g (sin θ - μ cos θ): memory changes nothing where friction slides."""
     mu, step = 0.3, 2e-4
-    settings = "stickAfter 20" if stick else ""
+    stick = settings != ""
     contact = "model actm tangential haff_werner"
     slopes = [0.5 * mu, 2 * mu]
     end = []
