@@ -82,6 +82,11 @@ def _print(result: Result) -> None:
               f"{row.what}", flush=True)  # fmt: skip
 
 
+def _title(title: str) -> str:
+    """``title`` in lines that a figure holds; what stands about an equals sign stays together."""
+    return textwrap.fill(title.replace(" = ", "\u00a0=\u00a0"), 60)
+
+
 def _draw(result: Result, path: Path) -> None:
     import matplotlib
 
@@ -95,7 +100,7 @@ def _draw(result: Result, path: Path) -> None:
         axes.plot(curve.x, curve.y, label=curve.label, **style)
     if result.logarithmic:
         axes.set(xscale="log", yscale="log")
-    axes.set(xlabel=result.axes[0], ylabel=result.axes[1], title=textwrap.fill(result.title, 60))
+    axes.set(xlabel=result.axes[0], ylabel=result.axes[1], title=_title(result.title))
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3)
     figure.savefig(path, dpi=110)
