@@ -102,14 +102,16 @@ std::vector<EffectRow> effects_without_verdicts(const Settings& s, const SphereN
                      s.statistics.every > 0 ? fmt::format("sampled every {} steps from t = {}",
                                                           s.statistics.every, s.statistics.from)
                                             : "statistics.every is 0"));
-  if (spheres.all() == 0) {
+  if (spheres.all() == 0 && dem == nullptr) {
     rows.push_back(
         row("spheres", false, "this job has no bedload-dem, and spheres.file names no spheres"));
     return rows;
   }
-  const bool mobile = spheres.mobile > 0;
-  const std::string how_many = dem ? fmt::format("{} mobile spheres", spheres.mobile)
-                                   : "fixed spheres only, without LIGGGHTS";
+  // A scene that begins without any is one whose script inserts them while it runs.
+  const bool inserted = spheres.all() == 0, mobile = inserted || spheres.mobile > 0;
+  const std::string how_many = inserted ? "none yet: the script inserts spheres"
+                               : dem    ? fmt::format("{} mobile spheres", spheres.mobile)
+                                        : "fixed spheres only, without LIGGGHTS";
   rows.push_back(row("immersed boundary", true,
                      fmt::format("{} fixed spheres, weights computed once", spheres.fixed)));
   rows.push_back(row("moving boundary", mobile, how_many));
