@@ -1,0 +1,141 @@
+"""Validation of many spheres together: viscosity of a suspension, settling beside each other. No study of its own."""
+
+import math
+
+import numpy as np
+from bedload_post.batches import estimate
+from bedload_post.outputs import Run
+from scipy.optimize import brentq
+
+from .sphere_theory import VOLUME, standard_drag_coefficient
+from .validation_runs import Curve, Result, Row, Runner
+from .validation_steady import DIFFUSION
+
+FRACTIONS = (0.1, 0.2, 0.3)
+BATCHES = 6
+
+
+def eilers_viscosity(fraction):
+    """Relative viscosity of a suspension of spheres, Eilers' fit with a largest packing of 0.6."""
+    return (1.0 + 1.25 * fraction / (1.0 - fraction / 0.6)) ** 2
+
+
+def zarraga_viscosity(fraction):
+    """The same, fit of Zarraga, Hill and Leighton (J. Rheol. 44, 2000) to their suspensions without Brownian motion."""
+    return np.exp(-2.34 * fraction) / (1.0 - fraction / 0.62) ** 3
+
+
+def richardson_zaki_exponent(reynolds: float) -> float:
+    """n of (1 - phi)^n at the Reynolds number of a sphere alone, Garside and Al-Dibouni (Ind. Eng. Chem. 16, 1977):
+    (5.1 - n)/(n - 2.7) = 0.1 Re^0.9."""
+    ratio = 0.1 * reynolds**0.9
+    return (5.1 + 2.7 * ratio) / (1.0 + ratio)
+
+
+def settling_reynolds(galileo: float) -> float:
+    """Re = u D/nu of a sphere alone: C_D Re^2 = 4/3 Ga^2."""
+    return float(brentq(lambda re: standard_drag_coefficient(re) * re**2 - 4.0 / 3.0 * galileo**2, 1e-6, 800.0))
+
+
+def _fraction(run: Run, volume: float) -> float:
+    return float(run.history()["mobile_spheres"][-1]) * VOLUME / volume
+
+
+def _marks(label: str, points: list[tuple[float, float]]) -> Curve:
+    return Curve(label, [x for x, _ in points], [y for _, y in points], points=True)
+
+
+def _wall_stress(run: Run, viscosity: float) -> np.ndarray:
+    """Mean of both walls' stress over that of the shear flow without spheres, per row of history.csv."""
+    history = run.history()
+    return (history["wall_stress_lower"] - history["wall_stress_upper"]) / (2.0 * viscosity)
+
+
+def _of_one_sphere(runner: Runner, n: int, width: int) -> float:
+    """Intrinsic viscosity (stress - 1)/phi of one sphere in the middle of a shear cell `width` D wide."""
+    viscosity, half = 25.0, 0.5 * width
+    run = runner("shear", f"one-{n}-{width}", {
+        "grid.cells": [n * width] * 3, "grid.length": [float(width)] * 3,
+        "boundary.y_lower_velocity": [-half, 0.0, 0.0], "boundary.y_upper_velocity": [half, 0.0, 0.0],
+        "time.step": DIFFUSION / n**2 / viscosity, "time.end": 0.02 * width**2,
+    }, {"length": float(width)})  # fmt: skip
+    return float(_wall_stress(run, viscosity)[-1] - 1.0) * width**3 / VOLUME
+
+
+def suspension(runner: Runner) -> Result:
+    """Relative viscosity of neutrally buoyant spheres in shear: one sphere, and volume fractions of 0.1 to 0.3."""
+    result = Result("Viscosity of a suspension of spheres, shear R^2/nu = 0.1",
+                    axes=("volume fraction", "relative viscosity"))  # fmt: skip
+    # Walls and images raise what one sphere adds by a share that falls with the cell's volume.
+    narrow, wide = 4, 6
+    for n in (6, 8):
+        slope = (_of_one_sphere(runner, n, narrow), _of_one_sphere(runner, n, wide))
+        free = (slope[1] * wide**3 - slope[0] * narrow**3) / (wide**3 - narrow**3)
+        # Markers at the depth that is right for drag, which grows as R; what a sphere adds here grows as R^3.
+        result.rows.append(Row(f"viscosity that one sphere adds over its volume fraction, D/h = {n}", free, 2.5,
+                               0.03, source="Einstein 1906"))  # fmt: skip
+    viscosity, box = 2.5, (8.0, 5.0, 8.0)
+    found: dict[int, list[tuple[float, float]]] = {}
+    for n, fraction in [(6, fraction) for fraction in FRACTIONS] + [(8, 0.2)]:
+        run = runner("suspension", f"suspension-{fraction:g}-{n}", {
+            "grid.cells": [round(n * length) for length in box], "time.step": DIFFUSION / n**2 / viscosity,
+        }, {"fraction": fraction})  # fmt: skip
+        history = run.history()
+        there = _fraction(run, math.prod(box))
+        mean = estimate(_wall_stress(run, viscosity)[history["time"] > 4.0], BATCHES)
+        reference = float(eilers_viscosity(there))
+        # Eilers and Zarraga differ by 16 % at 0.3.
+        result.rows.append(Row(
+            f"relative viscosity at {there:.3f}, D/h = {n}, +- {mean.half_width:.2f} (95 %)", mean.mean, reference, 0.15,
+            source=f"Eilers; Zarraga et al. 2000 have {float(zarraga_viscosity(there)):.2f}",
+        ))  # fmt: skip
+        found.setdefault(n, []).append((there, mean.mean))
+    for n, points in found.items():
+        result.curves.append(_marks(f"D/h = {n}", points))
+    across = np.linspace(0.0, 0.32, 60)
+    for name, fit in (("Eilers", eilers_viscosity), ("Zarraga et al. 2000", zarraga_viscosity)):
+        result.curves.append(Curve(name, across.tolist(), fit(across).tolist()))
+    result.remarks.append(
+        "Means over a strain of 4 to 10 between walls 5 D apart, with actm_hw and a friction coefficient of 0.15. What "
+        "one sphere adds is of two cells, 4 D and 6 D wide, less what falls with the cell's volume."
+    )
+    return result
+
+
+def _mean_fall(run: Run, since: float) -> np.ndarray:
+    """Mean of all spheres' speed downwards at each instant."""
+    means = []
+    for block in run.sample_blocks(since=since):
+        first = np.flatnonzero(np.diff(block.time, prepend=-np.inf))
+        means.append(-np.add.reduceat(block.velocity[:, 0], first) / np.diff(first, append=len(block)))
+    return np.concatenate(means)
+
+
+def hindered(runner: Runner) -> Result:
+    """Settling of many spheres beside each other, Ga = 10, volume fractions of 0.1 to 0.3."""
+    galileo, width = 10.0, 8.0
+    alone = settling_reynolds(galileo)
+    exponent = richardson_zaki_exponent(alone)
+    result = Result("Many spheres that settle beside each other, Ga = 10, D/h = 6",
+                    axes=("volume fraction", "speed over that of a sphere alone"))  # fmt: skip
+    points = []
+    for fraction in FRACTIONS:
+        run = runner("hindered", f"hindered-{fraction:g}", variables={"fraction": fraction})
+        there = _fraction(run, width**3)
+        mean = estimate(_mean_fall(run, since=20.0) * galileo / alone, BATCHES)
+        points.append((there, mean.mean))
+        result.rows.append(Row(f"speed at {there:.3f} over that of a sphere alone, +- {mean.half_width:.3f} (95 %)",
+                               mean.mean, (1.0 - there) ** exponent, 0.15,
+                               source="Richardson & Zaki 1954, n of Garside & Al-Dibouni 1977"))  # fmt: skip
+    result.curves.append(_marks("D/h = 6", points))
+    across = np.linspace(0.0, 0.32, 60)
+    result.curves.append(Curve(f"(1 - phi)^{exponent:.2f}", across.tolist(), ((1.0 - across) ** exponent).tolist()))
+    result.remarks.append(
+        f"A sphere alone: Re = {alone:.2f} (Schiller & Naumann). Means from t = 20 to 100 D/u_g. The law is fitted to "
+        "suspensions in vessels and known to about a tenth; spheres in periodic boxes settle by about as much more "
+        "slowly (Yin & Koch 2007, from memory), hence the bound."
+    )
+    return result
+
+
+CASES = {"suspension": suspension, "hindered": hindered}

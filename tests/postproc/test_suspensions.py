@@ -1,0 +1,34 @@
+"""Laws of suspensions that the validation compares with, against their limits and numbers worked out by hand."""
+
+import numpy as np
+import pytest
+from bedload_studies.validation_suspensions import (
+    eilers_viscosity,
+    richardson_zaki_exponent,
+    settling_reynolds,
+    zarraga_viscosity,
+)
+
+
+@pytest.mark.parametrize("law, einstein", [(eilers_viscosity, 2.5), (zarraga_viscosity, 2.5)])
+def test_few_spheres_add_what_einstein_found(law, einstein):
+    few = 1e-6
+    assert law(few) - 1.0 == pytest.approx(einstein * few, rel=1e-3)
+
+
+def test_viscosity_by_hand():
+    assert eilers_viscosity(0.3) == pytest.approx((1.0 + 0.375 / 0.5) ** 2)  # 3.06
+    assert zarraga_viscosity(0.31) == pytest.approx(8.0 * np.exp(-2.34 * 0.31))  # 3.87
+
+
+def test_exponent_between_its_limits():
+    """5.1 where viscosity rules, 2.7 where inertia does, in the middle at 10^(10/9)."""
+    assert richardson_zaki_exponent(1e-9) == pytest.approx(5.1, abs=1e-6)
+    assert richardson_zaki_exponent(1e12) == pytest.approx(2.7, abs=1e-6)
+    assert richardson_zaki_exponent(10.0 ** (10.0 / 9.0)) == pytest.approx(3.9)
+
+
+def test_a_sphere_alone():
+    """Stokes: u = (rho_p/rho_f - 1) g D^2/(18 nu), Re = Ga^2/18."""
+    assert settling_reynolds(0.01) == pytest.approx(1e-4 / 18.0, rel=1e-3)
+    assert settling_reynolds(10.0) == pytest.approx(4.0, rel=2e-3)  # 24 (1 + 0.15 4^0.687) 4 = 133 = 4/3 100
