@@ -86,8 +86,8 @@ def suspension(runner: Runner) -> Result:
         reference = float(eilers_viscosity(there))
         # Eilers and Zarraga differ by 16 % at 0.3.
         result.rows.append(Row(
-            f"relative viscosity at {there:.3f}, D/h = {n}, +- {mean.half_width:.2f} (95 %)", mean.mean, reference, 0.15,
-            source=f"Eilers; Zarraga et al. 2000 have {float(zarraga_viscosity(there)):.2f}",
+            f"relative viscosity at {there:.3f}, D/h = {n}, +- {mean.half_width:.2f} (95 %)", mean.mean, reference,
+            0.15, source=f"Eilers; Zarraga et al. 2000 have {float(zarraga_viscosity(there)):.2f}",
         ))  # fmt: skip
         found.setdefault(n, []).append((there, mean.mean))
     for n, points in found.items():
