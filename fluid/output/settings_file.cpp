@@ -13,6 +13,8 @@ const char* words(FrictionSource source) {
   switch (source) {
     case FrictionSource::driving:
       return "from the driving force over reference.height";
+    case FrictionSource::laminar:
+      return "of laminar flow over a smooth wall";
     case FrictionSource::smooth_wall:
       return "estimate for a smooth wall, Dean 1978";
   }
@@ -31,10 +33,13 @@ std::string derived_as_comments(const DerivedNumbers& n) {
   line("cells_per_diameter", n.cells_per_diameter, "D / h");
   line("cfl_at_start", n.cfl_at_start, "u_b dt / h");
   line("diffusion_number", n.diffusion, "nu dt / h^2");
-  line("u_tau", n.u_tau, fmt::format("friction velocity [L/T], {}", words(n.u_tau_source)));
-  line("reynolds_friction", n.reynolds_friction, "Re_tau = u_tau H / nu");
-  line("diameter_wall_units", n.diameter_wall_units, "D+ = u_tau D / nu");
-  line("cell_wall_units", n.cell_wall_units, "u_tau dy / nu of the lowest cells");
+  if (n.friction) {
+    line("u_tau", n.friction->u_tau,
+         fmt::format("friction velocity [L/T], {}", words(n.friction->source)));
+    line("reynolds_friction", n.reynolds_friction, "Re_tau = u_tau H / nu");
+    line("diameter_wall_units", n.diameter_wall_units, "D+ = u_tau D / nu");
+    line("cell_wall_units", n.cell_wall_units, "u_tau dy / nu of the lowest cells");
+  }
   if (n.density_ratio) line("density_ratio", *n.density_ratio, "rho_p / rho_f");
   if (n.froude) line("froude", *n.froude, "Fr = (rho_p - rho_f) g H / (rho_f u_b^2)");
   if (n.shields) line("shields", *n.shields, "S = rho_f u_tau^2 / ((rho_p - rho_f) g D)");

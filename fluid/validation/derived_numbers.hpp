@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -72,8 +73,53 @@ inline double u_tau_smooth_wall(double velocity, double height, double viscosity
          std::sqrt(0.0365 * std::pow(2.0 * bulk_reynolds(velocity, height, viscosity), -0.25));
 }
 
+/// u_tau at the lower wall of laminar flow with the mean velocity u_b over the depth H:
+/// u_tau^2 = 3 nu u_b/H below a free surface, 6 nu u_b/H between two no-slip walls.
+inline double u_tau_laminar(double velocity, double height, double viscosity, bool two_walls) {
+  return std::sqrt((two_walls ? 6.0 : 3.0) * viscosity * std::abs(velocity) / height);
+}
+
+/// u_tau of laminar flow between walls at a distance that slide past each other:
+/// u_tau^2 = nu |difference of their velocities|/distance.
+inline double u_tau_sheared(const std::array<double, 3>& lower, const std::array<double, 3>& upper,
+                            double distance, double viscosity) {
+  const double difference =
+      std::hypot(upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]);
+  return std::sqrt(viscosity * difference / distance);
+}
+
 /// Where u_tau was taken from.
-enum class FrictionSource { driving, smooth_wall };
+enum class FrictionSource { driving, laminar, smooth_wall };
+
+/// The friction at the bed.
+struct Friction {
+  FrictionSource source = FrictionSource::driving;
+  double u_tau = 0.0;  ///< [L/T]
+};
+
+/// That of a constant driving force; else that of laminar flow or of turbulent flow over a smooth
+/// wall, whichever is larger (they meet at Re_b = 450 below a free surface and 1100 between walls);
+/// of walls that slide, the laminar one. None where no wall holds a flow back.
+inline std::optional<Friction> friction_of(const Settings& s) {
+  const double velocity = s.reference.velocity, height = s.reference.height;
+  const double viscosity = s.fluid.kinematic_viscosity;
+  if (s.flow.driving == Driving::pressure_gradient || s.flow.driving == Driving::gravity)
+    return Friction{FrictionSource::driving,
+                    u_tau_of_driving(s.constant_driving(), height, s.fluid.density)};
+  const auto& [lower, upper] = s.boundary.y;
+  const bool two_walls = lower == Wall::no_slip && upper == Wall::no_slip;
+  if (s.flow.driving == Driving::none) {
+    const double sheared = u_tau_sheared(s.boundary.y_lower_velocity, s.boundary.y_upper_velocity,
+                                         s.grid.length[1], viscosity);
+    if (!two_walls || sheared == 0.0) return std::nullopt;
+    return Friction{FrictionSource::laminar, sheared};
+  }
+  if (lower != Wall::no_slip && upper != Wall::no_slip) return std::nullopt;
+  const double laminar = u_tau_laminar(velocity, height, viscosity, two_walls);
+  const double turbulent = u_tau_smooth_wall(velocity, height, viscosity);
+  return laminar > turbulent ? Friction{FrictionSource::laminar, laminar}
+                             : Friction{FrictionSource::smooth_wall, turbulent};
+}
 
 /// The numbers of one scene; those without a value do not apply to it (no spheres, no gravity).
 struct DerivedNumbers {
@@ -82,9 +128,8 @@ struct DerivedNumbers {
   double cells_per_diameter = 0;  ///< D/h
   double cfl_at_start = 0.0;      ///< u_b dt/h
   double diffusion = 0.0;         ///< nu dt/h^2
-  FrictionSource u_tau_source = FrictionSource::smooth_wall;
-  double u_tau = 0.0;                      ///< [L/T]
-  double reynolds_friction = 0.0;          ///< Re_tau
+  std::optional<Friction> friction;
+  double reynolds_friction = 0.0;          ///< Re_tau; this and the next two only with a friction
   double diameter_wall_units = 0.0;        ///< D+
   double cell_wall_units = 0.0;            ///< of the height of the lowest cells
   std::optional<double> density_ratio;     ///< rho_p / rho_f
@@ -94,8 +139,7 @@ struct DerivedNumbers {
   std::optional<double> cells_per_layer;   ///< in its boundary layer
 };
 
-/// All numbers that follow from the settings, with u_b, H, D and rho_p from reference.*. The
-/// friction velocity is that of a constant driving force, or the smooth-wall estimate.
+/// All numbers that follow from the settings, with u_b, H, D and rho_p from reference.*.
 inline DerivedNumbers derive_numbers(const Settings& s) {
   const auto& [velocity, height, diameter, sphere_density] = s.reference;
   const double viscosity = s.fluid.kinematic_viscosity;
@@ -105,20 +149,19 @@ inline DerivedNumbers derive_numbers(const Settings& s) {
   n.cells_per_diameter = diameter / n.cell;
   n.cfl_at_start = courant(velocity, s.time.step, n.cell);
   n.diffusion = diffusion_number(viscosity, s.time.step, n.cell);
-  if (s.flow.driving == Driving::pressure_gradient || s.flow.driving == Driving::gravity) {
-    n.u_tau_source = FrictionSource::driving;
-    n.u_tau = u_tau_of_driving(s.constant_driving(), height, s.fluid.density);
-  } else {
-    n.u_tau = u_tau_smooth_wall(velocity, height, viscosity);
+  n.friction = friction_of(s);
+  if (n.friction) {
+    const double u_tau = n.friction->u_tau;
+    n.reynolds_friction = friction_reynolds(u_tau, height, viscosity);
+    n.diameter_wall_units = friction_reynolds(u_tau, diameter, viscosity);
+    n.cell_wall_units = friction_reynolds(u_tau, n.cell * make_grid(s).thickness(0), viscosity);
   }
-  n.reynolds_friction = friction_reynolds(n.u_tau, height, viscosity);
-  n.diameter_wall_units = friction_reynolds(n.u_tau, diameter, viscosity);
-  n.cell_wall_units = friction_reynolds(n.u_tau, n.cell * make_grid(s).thickness(0), viscosity);
   const double gravity = std::hypot(s.fluid.gravity[0], s.fluid.gravity[1], s.fluid.gravity[2]);
   if (sphere_density > 0.0) n.density_ratio = sphere_density / s.fluid.density;
   if (sphere_density > s.fluid.density && gravity > 0.0) {
     n.froude = froude(sphere_density, s.fluid.density, gravity, height, velocity);
-    n.shields = shields(n.u_tau, s.fluid.density, sphere_density, gravity, diameter);
+    if (n.friction)
+      n.shields = shields(n.friction->u_tau, s.fluid.density, sphere_density, gravity, diameter);
     n.falling_reynolds = falling_reynolds(*n.density_ratio, gravity, diameter, viscosity);
     n.cells_per_layer = cells_per_layer(n.cells_per_diameter, *n.falling_reynolds);
   }

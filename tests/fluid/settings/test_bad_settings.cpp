@@ -250,7 +250,7 @@ TEST(BadSettings, GravityDrivesWhereItIsToldTo) {
   const Settings s = parse_settings("", "fluid.toml", lines);
   validate(s);
   EXPECT_EQ(s.constant_driving(), 0.75);
-  EXPECT_EQ(derive_numbers(s).u_tau_source, FrictionSource::driving);
+  EXPECT_EQ(derive_numbers(s).friction.value().source, FrictionSource::driving);
 }
 
 /// Allowed, but probably a mistake: a warning each, and none for a scene that makes sense.

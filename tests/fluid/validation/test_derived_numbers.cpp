@@ -44,16 +44,17 @@ TEST(DerivedNumbers, AreThoseOfSetupTwo) {
   EXPECT_NEAR(n.cell_wall_units, 219.0 / 180.0, 1e-9);
   EXPECT_NEAR(n.cfl_at_start, 2.0 * 0.003 * 60.0, 1e-12);
   EXPECT_NEAR(n.diffusion, 6.0 / 3010.0 * 0.003 * 60.0 * 60.0, 1e-12);
-  EXPECT_EQ(n.u_tau_source, FrictionSource::driving);
+  EXPECT_EQ(n.friction.value().source, FrictionSource::driving);
 }
 
 /// Moser, Kim & Mansour: Re_tau = 180 at a bulk Reynolds number of 5600 over two half heights, that
 /// is u_b H / nu = 2800. Dean's law is a fit to within a few percent.
 TEST(DerivedNumbers, EstimateTheFrictionOfASmoothWall) {
   Settings s = setup_two();
+  s.flow.driving = Driving::bulk_velocity;
   s.fluid.kinematic_viscosity = 2.0 * 3.0 / 2800.0;
   const DerivedNumbers n = derive_numbers(s);
-  EXPECT_EQ(n.u_tau_source, FrictionSource::smooth_wall);
+  EXPECT_EQ(n.friction.value().source, FrictionSource::smooth_wall);
   EXPECT_NEAR(n.reynolds_friction, 180.0, 0.03 * 180.0);
 }
 
@@ -63,11 +64,40 @@ TEST(DerivedNumbers, TakeTheFrictionFromAConstantDrivingForce) {
   s.reference.height = 0.5;
   s.flow.driving = Driving::pressure_gradient;
   s.flow.pressure_gradient = 0.16;
-  EXPECT_NEAR(derive_numbers(s).u_tau, 0.2, 1e-14);  // sqrt(0.16 * 0.5 / 2)
+  EXPECT_NEAR(derive_numbers(s).friction.value().u_tau, 0.2, 1e-14);  // sqrt(0.16 * 0.5 / 2)
+}
+
+/// At Re_b = 10 Dean's law would give a seventeenth of the stress.
+TEST(DerivedNumbers, KnowLaminarFlow) {
+  Settings s = setup_two();
+  s.flow.driving = Driving::bulk_velocity;
+  s.fluid.kinematic_viscosity = 0.6;
+  EXPECT_EQ(derive_numbers(s).friction.value().source, FrictionSource::laminar);
+  EXPECT_NEAR(derive_numbers(s).friction->u_tau, std::sqrt(1.2), 1e-14);  // 3 * 0.6 * 2/3
+  s.boundary.y = {Wall::no_slip, Wall::no_slip};
+  EXPECT_NEAR(derive_numbers(s).friction->u_tau, std::sqrt(2.4), 1e-14);
+  EXPECT_NEAR(*derive_numbers(s).shields, 2.4 / 0.88, 1e-12);
+  // Walls that slide, 3 apart.
+  s.flow.driving = Driving::none;
+  s.boundary.y_lower_velocity = {-2.5, 0.0, 0.0};
+  s.boundary.y_upper_velocity = {0.5, 0.0, 4.0};
+  EXPECT_EQ(derive_numbers(s).friction.value().source, FrictionSource::laminar);
+  EXPECT_NEAR(derive_numbers(s).friction->u_tau, 1.0, 1e-14);  // sqrt(0.6 * 5/3)
+}
+
+/// Nothing drives, or no wall holds back: neither friction nor a Shields number.
+TEST(DerivedNumbers, KnowNoFrictionWithoutAWallOrAFlow) {
+  Settings s = setup_two();
+  EXPECT_FALSE(derive_numbers(s).friction || derive_numbers(s).shields);
+  s.flow.driving = Driving::bulk_velocity;
+  EXPECT_TRUE(derive_numbers(s).friction && derive_numbers(s).shields);
+  s.boundary.y = {Wall::periodic, Wall::periodic};
+  EXPECT_FALSE(derive_numbers(s).friction || derive_numbers(s).shields);
 }
 
 TEST(DerivedNumbers, LeaveOutWhatDoesNotApply) {
   Settings s = setup_two();
+  s.flow.driving = Driving::bulk_velocity;
   s.reference.sphere_density = 0.0;
   const DerivedNumbers n = derive_numbers(s);
   EXPECT_FALSE(n.froude || n.shields || n.density_ratio);
