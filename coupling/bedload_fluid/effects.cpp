@@ -109,7 +109,7 @@ std::vector<EffectRow> effects_without_verdicts(const Settings& s, const SphereN
   }
   // A scene that begins without any is one whose script inserts them while it runs.
   const bool inserted = spheres.all() == 0, mobile = inserted || spheres.mobile > 0;
-  const std::string how_many = inserted ? "none yet: the script inserts spheres"
+  const std::string how_many = inserted ? "inserted by the script while it runs"
                                : dem    ? fmt::format("{} mobile spheres", spheres.mobile)
                                         : "fixed spheres only, without LIGGGHTS";
   rows.push_back(row("immersed boundary", true,

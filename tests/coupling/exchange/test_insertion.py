@@ -110,7 +110,7 @@ def test_into_an_empty_box(tmp_path):
     (tmp_path / "in.liggghts").write_text("\n".join(kept).replace("thermo ", COUNT + "thermo ") + "\n")
     result = job(tmp_path / "out", "--steps", "8", script=tmp_path / "in.liggghts", ranks=(1, 2))
     assert result.status == 0, result.output
-    assert re.search(r"^moving boundary +on .*none yet: the script inserts", result.output, re.MULTILINE)
+    assert re.search(r"^moving boundary +on .*inserted by the script", result.output, re.MULTILINE)
     spheres = numbers(tmp_path / "out" / "spheres.h5")
     assert len(spheres["fixed/tag"]) == 0
     last = spheres["mobile/step"] == 8
