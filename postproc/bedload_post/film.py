@@ -99,7 +99,8 @@ def render(run: Run, file: Path, since: float, most: int = 250) -> int:
     renderer = vtk.vtkRenderer()
     renderer.SetBackground(1.0, 1.0, 1.0)
     renderer.UseFXAAOn()
-    renderer.AddActor(floor_actor(run.box))
+    if not np.isfinite(run.periods[1]):
+        renderer.AddActor(floor_actor(run.box))
     if len(bed):
         renderer.AddActor(sphere_actor(bed, bed_radii, facets=24))
     add_colour_bar(renderer, speeds, "grain speed / u_b", 0.60)

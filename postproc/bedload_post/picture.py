@@ -146,6 +146,13 @@ def floor_actor(box: np.ndarray) -> vtk.vtkActor:
     return actor
 
 
+def shown_range(u: np.ndarray) -> tuple[float, float]:
+    """Of the colours for a velocity: from rest to the fastest, or from the slowest where much of it goes backwards;
+    eddies behind grains do not count."""
+    lowest, highest = (float(value) for value in np.percentile(u, (0.2, 99.8)))
+    return (lowest, highest) if lowest < -0.25 * abs(highest) else (0.0, highest)
+
+
 def _style_text(style: vtk.vtkTextProperty, size: int) -> None:
     style.SetFontFamilyToArial()
     style.SetFontSize(size)
@@ -288,7 +295,7 @@ def render(run: Run, file: Path) -> None:
     bed, bed_radii = run.fixed_spheres()
     mobile = _latest(run, snapshot.time)
 
-    highest = float(np.percentile(snapshot.u, 99.8))
+    lowest, highest = shown_range(snapshot.u)
     snapshot = replace(snapshot, u=snapshot.u / scale)
     if mobile is not None:
         fastest = mobile.position[np.argmax(np.linalg.norm(mobile.velocity, axis=1))]
@@ -298,9 +305,10 @@ def render(run: Run, file: Path) -> None:
     renderer = vtk.vtkRenderer()
     renderer.SetBackground(1.0, 1.0, 1.0)
     renderer.UseFXAAOn()
-    flow = colour_table(FLOW_COLOURS, 0.0, max(highest / scale, 1e-12))
+    flow = colour_table(FLOW_COLOURS, lowest / scale, max(highest / scale, lowest / scale + 1e-12))
     bed_top = float((bed[:, 1] + bed_radii).max()) if len(bed) else 0.0
-    renderer.AddActor(floor_actor(box))
+    if not np.isfinite(run.periods[1]):
+        renderer.AddActor(floor_actor(box))
     renderer.AddActor(_plane(snapshot, 2, 0.0, flow))
     renderer.AddActor(_plane(snapshot, 0, box[0], flow))
     if len(bed):

@@ -82,10 +82,10 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
             run.bulk_velocity, run.diameter,
         )
         grains = summary.grain_lines(run, phases)
-        if pictures and len(phases.tag) and summary.has_bed(run):
-            tag = path.chosen_grain(phases)
-            path.draw(run, phases, run.samples_of(tag), tag, folder / "path.png")
-        if pictures:
+        if pictures and summary.has_bed(run):
+            if len(phases.tag):
+                tag = path.chosen_grain(phases)
+                path.draw(run, phases, run.samples_of(tag), tag, folder / "path.png")
             bed_motion.draw(run, folder / "bed_motion.png")
     if pictures:
         if (folder / flow_statistics.FILE).is_file():

@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 import pytest
-from bedload_post import states, summary
+from bedload_post import show, states, summary
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import Run
 from synthetic import Story, even, wandering_story, write_run, write_samples
@@ -39,6 +39,17 @@ def test_a_sphere_that_settles(tmp_path):
     assert not any(what.startswith(("time ", "jump", "mean grain")) for what in found)
     flow = {line.what for line in summary.flow_lines(run)}
     assert not flow & {"Re_tau", "friction velocity", "Shields number", "D+"}
+
+
+def test_no_picture_of_a_bed_where_there_is_none(tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(show.bed_motion, "draw", lambda run, file: drawn.append(file))
+    monkeypatch.setattr(show, "_render", lambda console, run: None)
+    story = even(Story(position=(3.0, 8.0, 4.0)).piece(4.0, velocity=(0.3, -0.4, 0.0)), 0.1)
+    show.show(free_run(tmp_path / "free", story).folder)
+    assert not drawn
+    show.show(write_run(tmp_path / "bed", wandering_story()))
+    assert len(drawn) == 1
 
 
 def test_a_bed_keeps_its_states_and_its_friction(tmp_path):

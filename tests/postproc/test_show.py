@@ -97,6 +97,12 @@ def test_captions_say_what_is_so(folder, tmp_path):
     assert film.clock(Run(scaled), 5.0) == "t = 7.5 D/u_b"
 
 
+def test_colours_begin_at_rest_unless_much_of_the_flow_goes_backwards():
+    stream, eddy = np.linspace(0.0, 1.0, 1001), np.full(20, -0.1)
+    assert picture.shown_range(np.concatenate([stream, eddy])) == pytest.approx((0.0, 1.0), abs=0.01)
+    assert picture.shown_range(np.linspace(-2.0, 2.0, 1001)) == pytest.approx((-2.0, 2.0), abs=0.02)
+
+
 def test_a_run_without_collisions_or_grains(folder, tmp_path):
     bare = tmp_path / "bare"
     shutil.copytree(folder, bare)
