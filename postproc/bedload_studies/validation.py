@@ -8,6 +8,7 @@ together, README.md.
 
 import argparse
 import textwrap
+from collections.abc import Mapping
 from pathlib import Path
 
 from bedload_launcher.errors import UserError, unknown
@@ -17,7 +18,7 @@ from . import (
     validation_erosion, validation_erosion_law, validation_falls, validation_incipient, validation_rebounds,
     validation_sliding, validation_spin, validation_steady, validation_suspensions,
 )  # fmt: skip
-from .validation_runs import Result, Runner
+from .validation_runs import Result, Row, Runner
 
 CASES = (
     validation_steady.CASES | validation_sliding.CASES | validation_spin.CASES | validation_falls.CASES
@@ -110,21 +111,48 @@ def _draw(result: Result, path: Path) -> None:
 
 def _write_page(report: Path) -> None:
     """README.md of all cases that have a result."""
+    files = {name: report / f"{name}.json" for name in CASES}
+    results = {name: Result.load(file) for name, file in files.items() if file.is_file()}
+    (report / "README.md").write_text(page_of(results), encoding="utf-8")
+
+
+def page_of(results: Mapping[str, Result]) -> str:
+    """The page of all results by case: what misses its bound first, an overview, then every number."""
     page = ["# Spheres in the flow against theory and experiments", "",
             "Written by `./bedload study validation [CASE ...] --report postproc/reports/validation`. "
             "A bound stands where the case must keep one; the other rows inform. Seconds are of the "
             "runs as they were made, many of them on a busy machine.", ""]  # fmt: skip
-    for name in CASES:
-        if not (report / f"{name}.json").is_file():
-            continue
-        result = Result.load(report / f"{name}.json")
+    bounded = {name: [row for row in result.rows if row.passed is not None] for name, result in results.items()}
+    missed = [(name, row) for name, rows in bounded.items() for row in rows if not row.passed]
+    count = sum(map(len, bounded.values()))
+    page += [f"**{len(missed)} of {count} numbers miss their bounds" + (":**" if missed else ".**"), ""]
+    page += [f"- `{name}`: {row.what}: {row.found:.5g}, should be {_should_be(row)}, {_error(row)}, bound {_bound(row)}"
+             for name, row in missed]  # fmt: skip
+    page += [""] * bool(missed) + ["| case | what | bounds kept |", "|---|---|---|"]
+    for name, result in results.items():
+        kept = sum(row.passed is True for row in bounded[name])
+        of = len(bounded[name])
+        verdict = "" if of == 0 else f"{kept} of {of}" if kept == of else f"**{kept} of {of}**"
+        page.append(f"| [{name}](#{_anchor(name, result)}) | {result.title} | {verdict} |")
+    page.append("")
+    for name, result in results.items():
         page += [f"## {name}: {result.title}", ""]
         page += ["| what | found | should be | error | bound | |", "|---|---|---|---|---|---|"]
         for row in result.rows:
-            reference = "" if row.reference is None else f"{row.reference:.5g} ({row.source})"
             verdict = {True: "kept", False: "**missed**", None: ""}[row.passed]
-            page.append(f"| {row.what} | {row.found:.5g} | {reference} | {_error(row)} | {_bound(row)} "
+            page.append(f"| {row.what} | {row.found:.5g} | {_should_be(row)} | {_error(row)} | {_bound(row)} "
                         f"| {verdict} |")  # fmt: skip
         page += ["", *result.remarks, f"Runs: {sum(result.costs.values()):.0f} s in all.", "",
                  f"![{result.title}]({name}.png)", ""]  # fmt: skip
-    (report / "README.md").write_text("\n".join(page), encoding="utf-8")
+    return "\n".join(page)
+
+
+def _should_be(row: Row) -> str:
+    return "" if row.reference is None else f"{row.reference:.5g} ({row.source})"
+
+
+def _anchor(name: str, result: Result) -> str:
+    """Of the heading that page_of() gives a case, as pages on the web make it: small letters, hyphens for spaces,
+    nothing else but letters, digits and underscores."""
+    heading = f"{name}: {result.title}".lower()
+    return "".join("-" if c == " " else c for c in heading if c.isalnum() or c in " -_")
