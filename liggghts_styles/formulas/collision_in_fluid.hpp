@@ -34,9 +34,9 @@ namespace bedload::contact {
 inline double collision_weight(double stokes) { return std::clamp((stokes - 5) / 5, 0.0, 1.0); }
 
 /// a: when the sphere has moved by a cell, its layer is as thick as sqrt(ν h/u) = h/sqrt(Re_h);
-/// 1 up to Re_h = u h/ν = 4, 0 from 12 on.
+/// 1 up to Re_h = u h/ν = 6, 0 from 11 on.
 inline double resolved_layer(double cell_reynolds) {
-  return std::clamp((12 - cell_reynolds) / 8, 0.0, 1.0);
+  return std::clamp((11 - cell_reynolds) / 5, 0.0, 1.0);
 }
 
 /// t [s] of the layer that the contact pays for.

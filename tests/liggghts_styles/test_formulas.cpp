@@ -355,7 +355,7 @@ TEST(CollisionInFluid, LayerIsAsOldAsTheGridDoesNotKnow) {
   EXPECT_DOUBLE_EQ(collision_layer_age(nu, time, 0, 0.4), time / 8);
   EXPECT_DOUBLE_EQ(collision_layer_age(nu, 0, h, slow), h * h / (20 * nu));
   EXPECT_DOUBLE_EQ(collision_layer_age(nu, time, h, fast), 0.3 * time + 2.3 * h / fast);
-  const double between = 8 * nu / h;
+  const double between = 8.5 * nu / h;
   EXPECT_DOUBLE_EQ(collision_layer_age(nu, time, h, between),
                    0.5 * (time / 8 + h * h / (20 * nu) + 0.3 * time + 2.3 * h / between));
 }
@@ -380,9 +380,9 @@ TEST(CollisionInFluid, WeightEndsWhereNothingRebounds) {
 }
 
 TEST(CollisionInFluid, LayersAreResolvedUpToACellReynoldsNumber) {
-  for (const double reynolds : {0.1, 4.0}) EXPECT_EQ(resolved_layer(reynolds), 1);
-  EXPECT_NEAR(resolved_layer(8), 0.5, 1e-12);
-  for (const double reynolds : {12.0, 1000.0}) EXPECT_EQ(resolved_layer(reynolds), 0);
+  for (const double reynolds : {0.1, 6.0}) EXPECT_EQ(resolved_layer(reynolds), 1);
+  EXPECT_NEAR(resolved_layer(8), 0.6, 1e-12);
+  for (const double reynolds : {11.0, 1000.0}) EXPECT_EQ(resolved_layer(reynolds), 0);
 }
 
 constexpr double pi = std::numbers::pi;
