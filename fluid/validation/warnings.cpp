@@ -161,7 +161,8 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
     found.push_back(
         fmt::format("{}: '{}' is set, but has no effect without {}.", s.file, key, condition));
   };
-  if (s.flow.driving != Driving::none && numbers.cell_wall_units > highest_cell)
+  const bool turbulent = numbers.friction && numbers.friction->source != FrictionSource::laminar;
+  if (turbulent && numbers.cell_wall_units > highest_cell)
     found.push_back(fmt::format(
         "{}: the lowest cells are {:.2g} wall units high (Re_tau = {:.3g}), and turbulence near "
         "the bed "

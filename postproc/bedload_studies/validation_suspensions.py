@@ -69,8 +69,8 @@ def suspension(runner: Runner) -> Result:
     # Walls and images raise what one sphere adds by a share that falls with the cell's volume.
     narrow, wide = 4, 6
     for n in (6, 8):
-        slope = (_of_one_sphere(runner, n, narrow), _of_one_sphere(runner, n, wide))
-        free = (slope[1] * wide**3 - slope[0] * narrow**3) / (wide**3 - narrow**3)
+        added = (_of_one_sphere(runner, n, narrow), _of_one_sphere(runner, n, wide))
+        free = (added[1] * wide**3 - added[0] * narrow**3) / (wide**3 - narrow**3)
         # Markers at the depth that is right for drag, which grows as R; what a sphere adds here grows as R^3.
         result.rows.append(Row(f"viscosity that one sphere adds over its volume fraction, D/h = {n}", free, 2.5,
                                0.03, source="Einstein 1906"))  # fmt: skip

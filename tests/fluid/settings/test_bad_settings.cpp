@@ -266,6 +266,8 @@ TEST(BadSettings, WarningsAreGiven) {
   const std::string driven = "flow.driving=\"bulk_velocity\"";
   EXPECT_EQ(spoken({driven, "flow.bulk_velocity=1.0"}), "");
   EXPECT_THAT(spoken({driven, "fluid.kinematic_viscosity=1e-4"}), HasSubstr("wall units"));
+  // Laminar, with lowest cells of more than five nu/u_tau.
+  EXPECT_EQ(spoken({driven, "fluid.kinematic_viscosity=0.0025", "grid.cells=[4, 4, 4]"}), "");
   EXPECT_THAT(spoken({driven, "time.step=0.2"}), HasSubstr("1.6 cells a step"));
   EXPECT_THAT(spoken({"flow.bulk_velocity=1.0"}), HasSubstr("'flow.bulk_velocity'"));
   EXPECT_THAT(spoken({"flow.pressure_gradient=1.0"}), HasSubstr("'flow.pressure_gradient'"));
