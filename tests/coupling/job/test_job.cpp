@@ -1,13 +1,18 @@
 // How long the programs of a job wait for each other at the start, by what mpirun or srun tells
-// them.
+// them; how they sleep while they wait.
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "coupling/job/start_limit.hpp"
+#include "coupling/job/wait.hpp"
 
 namespace bedload {
 namespace {
@@ -45,6 +50,29 @@ TEST(StartLimit, IsShortOnOne) {
   EXPECT_NE(limit({{"SLURM_STEP_NUM_TASKS", "2"}, {"SLURM_STEP_TASKS_PER_NODE", "2"}}),
             several_machines);
   EXPECT_EQ(limit({{"SLURM_STEP_NUM_TASKS", "8"}, {"BEDLOAD_START_LIMIT", "3"}}), 3.0);
+}
+
+/// Sleeps of a wait, and how long all of them together are, in ns.
+std::pair<int, std::int64_t> sleeps_of(std::int64_t wait) {
+  int sleeps = 0;
+  std::int64_t last = 2'000, slept = 0;
+  while (slept < wait) {
+    slept += last;
+    last = next_sleep(last, slept);
+    ++sleeps;
+  }
+  return {sleeps, slept};
+}
+
+TEST(Wait, IsFewSleepsAndHardlyTooLong) {
+  const std::int64_t millisecond = 1'000'000;
+  for (const std::int64_t wait : {1, 10, 100, 600}) {
+    const auto [sleeps, slept] = sleeps_of(wait * millisecond);
+    EXPECT_LE(slept, wait * millisecond + std::max(millisecond / 10, wait * millisecond / 32));
+    EXPECT_LE(sleeps, 40 + 32 * std::log(static_cast<double>(wait))) << wait << " ms";
+  }
+  // A minute: one in 20 ms, so that a checkpoint that is asked for is not late.
+  EXPECT_NEAR(sleeps_of(60'000 * millisecond).first, 60'000 / 20, 300);
 }
 
 }  // namespace
