@@ -22,11 +22,11 @@ from bedload_launcher.scenes import Scene
 from bedload_post.batches import Estimate
 from bedload_post.outputs import Run
 
-from . import validation_falls, validation_rebounds, validation_steady
+from . import validation_arrays, validation_falls, validation_rebounds
 from .effects import without_lubrication
 from .scene_answers import LEAST_SECONDS, MOST_REPEATS, difference, grain_series
 from .small_scenes import Ball, SmallScene
-from .validation_runs import Runner, _toml
+from .validation_runs import DIFFUSION, Runner, _toml
 
 
 @dataclass
@@ -124,17 +124,17 @@ def over_positions(
 def array_drag(runner: PricedRunner, label: str, n: float, settings: dict) -> float:
     """Drag of a dense array in Stokes flow, volume fraction 0.216 (Zick and Homsy)."""
     fraction = 0.216
-    cells = round(n * validation_steady._array_edge(fraction))
+    cells = round(n * validation_arrays.array_edge(fraction))
     step = {}
     if "step" in settings:
-        h = validation_steady._array_edge(fraction) / cells
-        step = {"time.step": settings["step"] * validation_steady.DIFFUSION * h * h}
+        h = validation_arrays.array_edge(fraction) / cells
+        step = {"time.step": settings["step"] * DIFFUSION * h * h}
 
     def error(name: str, place: tuple[float, float, float]) -> float:
-        drag, _ = validation_steady._array(
+        drag, _ = validation_arrays.array_drag(
             runner, name, fraction, cells, offset=place, **keys_of(settings), **step
         )
-        return drag / validation_steady.ZICK_HOMSY[fraction] - 1.0
+        return drag / validation_arrays.ZICK_HOMSY[fraction] - 1.0
 
     return over_positions(runner, label, error)
 

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import shutil
 import subprocess
 import time
@@ -18,6 +19,7 @@ from bedload_post.outputs import Run
 
 SCENES = INPUTS / "validation"
 REFERENCE = Path(__file__).resolve().parent / "reference"
+DIFFUSION = 0.2  # nu dt / h^2 of the Stokes cases; explicit diffusion is stable up to 0.209
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,11 @@ class Curve:
     x: Sequence[float]
     y: Sequence[float]
     points: bool = False
+
+
+def marks(label: str, points: list[tuple[float, float]]) -> Curve:
+    """A mark at each (x, y)."""
+    return Curve(label, [x for x, _ in points], [y for _, y in points], points=True)
 
 
 @dataclass
@@ -101,6 +108,19 @@ def thin(
     if digits is not None:
         x, y = np.round(x, digits[0]), np.round(y, digits[1])
     return x.tolist(), y.tolist()
+
+
+def from_coarser(run: Run | None, end: float) -> dict[str, object]:
+    """Settings that start from another run's state, which lacks little, and end earlier."""
+    if run is None:
+        return {}
+    state = str(run.folder / "state.h5")
+    return {"start.from": "state", "start.file": state, "time.end": end}
+
+
+def drag_factor(run: Run, length: float) -> float:
+    """K from the driving force of the steady state, D = nu = U = 1."""
+    return float(run.history()["driving"][-1]) * length**3 / (3.0 * math.pi)
 
 
 @dataclass

@@ -10,8 +10,8 @@ import h5py
 import numpy as np
 from scipy.special import exp1
 
-from .validation_runs import Curve, Result, Row, Runner
-from .validation_steady import DIFFUSION, from_coarser, last_load
+from .validation_runs import DIFFUSION, Curve, Result, Row, Runner, from_coarser
+from .validation_steady import last_load
 
 # Rates k of the logarithms E1(k gap/h) that the grid lacks, sliding and rolling, as in
 # liggghts_styles/formulas/tangential_lubrication.hpp.

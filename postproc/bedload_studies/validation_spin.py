@@ -6,8 +6,7 @@ import h5py
 import numpy as np
 
 from .sphere_theory import RADIUS, spin_left, spun_up_torque
-from .validation_runs import Curve, Result, Row, Runner, thin
-from .validation_steady import DIFFUSION
+from .validation_runs import DIFFUSION, Curve, Result, Row, Runner, thin
 
 TIMES = np.array([0.1, 0.25, 0.5, 1.0])  # nu t/R^2
 

@@ -8,8 +8,7 @@ from bedload_post.outputs import Run
 from scipy.optimize import brentq
 
 from .sphere_theory import VOLUME, standard_drag_coefficient
-from .validation_runs import Curve, Result, Row, Runner
-from .validation_steady import DIFFUSION
+from .validation_runs import DIFFUSION, Curve, Result, Row, Runner, marks
 
 FRACTIONS = (0.1, 0.2, 0.3)
 BATCHES = 6
@@ -39,10 +38,6 @@ def settling_reynolds(galileo: float) -> float:
 
 def _fraction(run: Run, volume: float) -> float:
     return float(run.history()["mobile_spheres"][-1]) * VOLUME / volume
-
-
-def _marks(label: str, points: list[tuple[float, float]]) -> Curve:
-    return Curve(label, [x for x, _ in points], [y for _, y in points], points=True)
 
 
 def _wall_stress(run: Run, viscosity: float) -> np.ndarray:
@@ -91,7 +86,7 @@ def suspension(runner: Runner) -> Result:
         ))  # fmt: skip
         found.setdefault(n, []).append((there, mean.mean))
     for n, points in found.items():
-        result.curves.append(_marks(f"D/h = {n}", points))
+        result.curves.append(marks(f"D/h = {n}", points))
     across = np.linspace(0.0, 0.32, 60)
     for name, fit in (("Eilers", eilers_viscosity), ("Zarraga et al. 2000", zarraga_viscosity)):
         result.curves.append(Curve(name, across.tolist(), fit(across).tolist()))
@@ -127,7 +122,7 @@ def hindered(runner: Runner) -> Result:
         result.rows.append(Row(f"speed at {there:.3f} over that of a sphere alone, +- {mean.half_width:.3f} (95 %)",
                                mean.mean, (1.0 - there) ** exponent, 0.15,
                                source="Richardson & Zaki 1954, n of Garside & Al-Dibouni 1977"))  # fmt: skip
-    result.curves.append(_marks("D/h = 6", points))
+    result.curves.append(marks("D/h = 6", points))
     across = np.linspace(0.0, 0.32, 60)
     result.curves.append(Curve(f"(1 - phi)^{exponent:.2f}", across.tolist(), ((1.0 - across) ** exponent).tolist()))
     result.remarks.append(
