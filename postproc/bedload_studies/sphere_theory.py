@@ -35,6 +35,14 @@ def random_array_drag(fraction: float, reynolds: float) -> float:
     return (viscous + 0.413 * reynolds / (24.0 * fluid**2) * share) / fluid
 
 
+def random_array_drag_tenneti(fraction: float, reynolds: float) -> float:
+    """The same by Tenneti, Garg and Subramaniam (Int. J. Multiphase Flow 37, 2011), fraction 0.1 to 0.5, Re up to 300."""
+    fluid = 1.0 - fraction
+    alone = 1.0 + 0.15 * reynolds**0.687
+    viscous = 5.81 * fraction / fluid**3 + 0.48 * fraction ** (1.0 / 3.0) / fluid**4
+    return alone / fluid**3 + viscous + fraction**3 * reynolds * (0.95 + 0.61 * fraction**3 / fluid**2)
+
+
 def square_duct_drag(ratio: float) -> float:
     """Drag over Stokes's of a sphere on the axis of an infinite square duct, without inertia, for `ratio` of
     radius to half the width up to 0.2.

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from bedload_studies.random_spheres import random_spheres, smallest_distance
-from bedload_studies.sphere_theory import random_array_drag
+from bedload_studies.sphere_theory import random_array_drag, random_array_drag_tenneti
 from bedload_studies.validation_steady import wall_drag_and_lift
 
 
@@ -26,6 +26,9 @@ def test_drag_in_random_arrays_by_hand():
     assert random_array_drag(1e-12, 0.0) == pytest.approx(1.0, abs=1e-5)
     assert random_array_drag(0.25, 0.0) == pytest.approx(5.4288 / 0.75, rel=1e-4)
     assert random_array_drag(0.25, 10.0) == pytest.approx((5.4288 + 1.1174) / 0.75, rel=1e-3)
+    # Tenneti et al.: (1 + 0.15 10^0.687 + 5.81 0.25)/0.4219 + 0.48 0.63/0.3164 + 10/64 (0.95 + 0.0169).
+    assert random_array_drag_tenneti(1e-12, 0.0) == pytest.approx(1.0, abs=1e-3)
+    assert random_array_drag_tenneti(0.25, 10.0) == pytest.approx(4.100 + 3.443 + 0.956 + 0.151, rel=1e-3)
 
 
 def test_spheres_at_random_places_are_a_gas_of_hard_spheres():
