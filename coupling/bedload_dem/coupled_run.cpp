@@ -85,7 +85,11 @@ void CoupledRun::run(int narg, char** arg) {
   prepare(*fluid, std::max<std::int64_t>(0, behind), most_steps);
 
   moved_ = true;
-  for (; steps_left > 0 && make_step(*fluid, steps_left == 1); --steps_left) side.count_steps(1);
+  for (; steps_left > 0 && make_step(*fluid, steps_left == 1); --steps_left) {
+    side.count_steps(1);
+    // Soon, so that no long run has been in vain; now and then, since insertions may come late.
+    if (side.steps_made() % 100 == 1) fluid->check_fixed_during_run();
+  }
 
   if (!side.stopped()) fluid->check_fixed_during_run();  // else it was looked at in the checkpoint
   conclude();

@@ -48,11 +48,13 @@ REFUSED = {
     "bed that goes on": (before("velocity bed set 0.1 0 0 units box\nfix drag bed nve/noforce"),
                          ["fix nve/noforce (id drag) moves atom 1,", "'fixed'"]),
     "bed that grows": (before("variable size equal 1-1e-5*step\nfix grow bed adapt 1 atom diameter v_size"),
-                       ["step 4", "'fixed' have changed during this coupled_run", "adapt"]),
+                       ["step 1", "'fixed' have changed during this coupled_run", "adapt"]),
+    "bed that is inserted": (before(SMALL.replace("0.1\n", "0.28\n", 1).replace("insert grains", "insert bed")),
+                             ["step 1", "'fixed' have changed during this coupled_run", "insert"]),
     "bed that grew in the run before": (
         ("\ncoupled_run", "\nvariable size equal 1-1e-5*step\nfix grow bed adapt 1 atom diameter v_size\n"
                           "coupled_run steps 2\nunfix grow\ncoupled_run"),
-        ["step 2", "'fixed' have changed during this coupled_run"]),
+        ["step 1", "'fixed' have changed during this coupled_run"]),
     "out through the surface": ((VELOCITY, "set atom 10 y 2.7\nvelocity grains set 0 2 0 units box"),
                                 ["atom 10", "out of the box", "0.5 of its radius", "wall/gran"]),
     "clumps": (before("fix clumps grains multisphere"), ["fix multisphere (id clumps)", "spheres only"]),
