@@ -36,9 +36,9 @@ std::string derived_as_comments(const DerivedNumbers& n) {
   if (n.friction) {
     line("u_tau", n.friction->u_tau,
          fmt::format("friction velocity [L/T], {}", words(n.friction->source)));
-    line("reynolds_friction", n.reynolds_friction, "Re_tau = u_tau H / nu");
-    line("diameter_wall_units", n.diameter_wall_units, "D+ = u_tau D / nu");
-    line("cell_wall_units", n.cell_wall_units, "u_tau dy / nu of the lowest cells");
+    line("reynolds_friction", n.friction->reynolds, "Re_tau = u_tau H / nu");
+    line("diameter_wall_units", n.friction->diameter_wall_units, "D+ = u_tau D / nu");
+    line("cell_wall_units", n.friction->cell_wall_units, "u_tau dy / nu of the lowest cells");
   }
   if (n.density_ratio) line("density_ratio", *n.density_ratio, "rho_p / rho_f");
   if (n.froude) line("froude", *n.froude, "Fr = (rho_p - rho_f) g H / (rho_f u_b^2)");

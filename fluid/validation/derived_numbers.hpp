@@ -91,10 +91,13 @@ inline double u_tau_sheared(const std::array<double, 3>& lower, const std::array
 /// Where u_tau was taken from.
 enum class FrictionSource { driving, laminar, smooth_wall };
 
-/// The friction at the bed.
+/// The friction at the bed, and lengths in units of nu/u_tau.
 struct Friction {
   FrictionSource source = FrictionSource::driving;
-  double u_tau = 0.0;  ///< [L/T]
+  double u_tau = 0.0;                ///< [L/T]
+  double reynolds = 0.0;             ///< Re_tau
+  double diameter_wall_units = 0.0;  ///< D+
+  double cell_wall_units = 0.0;      ///< of the height of the lowest cells
 };
 
 /// That of a constant driving force; else that of laminar flow or of turbulent flow over a smooth
@@ -103,22 +106,31 @@ struct Friction {
 inline std::optional<Friction> friction_of(const Settings& s) {
   const double velocity = s.reference.velocity, height = s.reference.height;
   const double viscosity = s.fluid.kinematic_viscosity;
+  const double cell = s.grid.length[0] / s.grid.cells[0] * make_grid(s).thickness(0);
+  const auto friction = [&](FrictionSource source, double u_tau) {
+    return Friction{
+        .source = source,
+        .u_tau = u_tau,
+        .reynolds = friction_reynolds(u_tau, height, viscosity),
+        .diameter_wall_units = friction_reynolds(u_tau, s.reference.diameter, viscosity),
+        .cell_wall_units = friction_reynolds(u_tau, cell, viscosity)};
+  };
   if (s.flow.driving == Driving::pressure_gradient || s.flow.driving == Driving::gravity)
-    return Friction{FrictionSource::driving,
-                    u_tau_of_driving(s.constant_driving(), height, s.fluid.density)};
+    return friction(FrictionSource::driving,
+                    u_tau_of_driving(s.constant_driving(), height, s.fluid.density));
   const auto& [lower, upper] = s.boundary.y;
   const bool two_walls = lower == Wall::no_slip && upper == Wall::no_slip;
   if (s.flow.driving == Driving::none) {
     const double sheared = u_tau_sheared(s.boundary.y_lower_velocity, s.boundary.y_upper_velocity,
                                          s.grid.length[1], viscosity);
     if (!two_walls || sheared == 0.0) return std::nullopt;
-    return Friction{FrictionSource::laminar, sheared};
+    return friction(FrictionSource::laminar, sheared);
   }
   if (lower != Wall::no_slip && upper != Wall::no_slip) return std::nullopt;
   const double laminar = u_tau_laminar(velocity, height, viscosity, two_walls);
   const double turbulent = u_tau_smooth_wall(velocity, height, viscosity);
-  return laminar > turbulent ? Friction{FrictionSource::laminar, laminar}
-                             : Friction{FrictionSource::smooth_wall, turbulent};
+  return laminar > turbulent ? friction(FrictionSource::laminar, laminar)
+                             : friction(FrictionSource::smooth_wall, turbulent);
 }
 
 /// The numbers of one scene; those without a value do not apply to it (no spheres, no gravity).
@@ -129,9 +141,6 @@ struct DerivedNumbers {
   double cfl_at_start = 0.0;      ///< u_b dt/h
   double diffusion = 0.0;         ///< nu dt/h^2
   std::optional<Friction> friction;
-  double reynolds_friction = 0.0;          ///< Re_tau; this and the next two only with a friction
-  double diameter_wall_units = 0.0;        ///< D+
-  double cell_wall_units = 0.0;            ///< of the height of the lowest cells
   std::optional<double> density_ratio;     ///< rho_p / rho_f
   std::optional<double> froude;            ///< Fr
   std::optional<double> shields;           ///< S
@@ -150,12 +159,6 @@ inline DerivedNumbers derive_numbers(const Settings& s) {
   n.cfl_at_start = courant(velocity, s.time.step, n.cell);
   n.diffusion = diffusion_number(viscosity, s.time.step, n.cell);
   n.friction = friction_of(s);
-  if (n.friction) {
-    const double u_tau = n.friction->u_tau;
-    n.reynolds_friction = friction_reynolds(u_tau, height, viscosity);
-    n.diameter_wall_units = friction_reynolds(u_tau, diameter, viscosity);
-    n.cell_wall_units = friction_reynolds(u_tau, n.cell * make_grid(s).thickness(0), viscosity);
-  }
   const double gravity = std::hypot(s.fluid.gravity[0], s.fluid.gravity[1], s.fluid.gravity[2]);
   if (sphere_density > 0.0) n.density_ratio = sphere_density / s.fluid.density;
   if (sphere_density > s.fluid.density && gravity > 0.0) {

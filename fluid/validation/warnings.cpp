@@ -162,12 +162,12 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
         fmt::format("{}: '{}' is set, but has no effect without {}.", s.file, key, condition));
   };
   const bool turbulent = numbers.friction && numbers.friction->source != FrictionSource::laminar;
-  if (turbulent && numbers.cell_wall_units > highest_cell)
+  if (turbulent && numbers.friction->cell_wall_units > highest_cell)
     found.push_back(fmt::format(
         "{}: the lowest cells are {:.2g} wall units high (Re_tau = {:.3g}), and turbulence near "
         "the bed "
         "is not resolved above about {}; take more 'grid.cells' or a smaller Reynolds number.",
-        s.file, numbers.cell_wall_units, numbers.reynolds_friction, highest_cell));
+        s.file, numbers.friction->cell_wall_units, numbers.friction->reynolds, highest_cell));
   if (s.time.cfl == 0.0 && s.flow.driving != Driving::none && numbers.cfl_at_start > brisk_courant)
     found.push_back(
         fmt::format("{}: 'time.step' = {} carries the flow {:.2g} cells a step, and gusts go "

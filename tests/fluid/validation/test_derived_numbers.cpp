@@ -32,16 +32,16 @@ TEST(DerivedNumbers, AreThoseOfSetupTwo) {
   s.flow.pressure_gradient = 5.0 * std::pow(2.0 * 219.0 / 3010.0, 2) / 3.0;
   const DerivedNumbers n = derive_numbers(s);
   EXPECT_NEAR(n.reynolds_bulk, 3010.0, 1e-9);
-  EXPECT_NEAR(n.reynolds_friction, 219.0, 1e-9);
+  EXPECT_NEAR(n.friction->reynolds, 219.0, 1e-9);
   EXPECT_NEAR(n.cells_per_diameter, 20.0, 1e-9);
   EXPECT_NEAR(*n.density_ratio, 1.2, 1e-12);
   EXPECT_NEAR(*n.froude, 1.98, 1e-9);
   // 0.145515^2 / (0.2 * 13.2 / 3) = 0.0211746 / 0.88 = 0.024062; printed 0.024.
   EXPECT_NEAR(*n.shields, 0.024062, 1e-6);
   // 219/9 = 24.33 and a twentieth of it; the paper prints 25 and 1.25, rounded: 3 %.
-  EXPECT_NEAR(n.diameter_wall_units, 219.0 / 9.0, 1e-9);
-  EXPECT_NEAR(n.diameter_wall_units, 25.0, 0.03 * 25.0);
-  EXPECT_NEAR(n.cell_wall_units, 219.0 / 180.0, 1e-9);
+  EXPECT_NEAR(n.friction->diameter_wall_units, 219.0 / 9.0, 1e-9);
+  EXPECT_NEAR(n.friction->diameter_wall_units, 25.0, 0.03 * 25.0);
+  EXPECT_NEAR(n.friction->cell_wall_units, 219.0 / 180.0, 1e-9);
   EXPECT_NEAR(n.cfl_at_start, 2.0 * 0.003 * 60.0, 1e-12);
   EXPECT_NEAR(n.diffusion, 6.0 / 3010.0 * 0.003 * 60.0 * 60.0, 1e-12);
   EXPECT_EQ(n.friction.value().source, FrictionSource::driving);
@@ -55,7 +55,7 @@ TEST(DerivedNumbers, EstimateTheFrictionOfASmoothWall) {
   s.fluid.kinematic_viscosity = 2.0 * 3.0 / 2800.0;
   const DerivedNumbers n = derive_numbers(s);
   EXPECT_EQ(n.friction.value().source, FrictionSource::smooth_wall);
-  EXPECT_NEAR(n.reynolds_friction, 180.0, 0.03 * 180.0);
+  EXPECT_NEAR(n.friction->reynolds, 180.0, 0.03 * 180.0);
 }
 
 TEST(DerivedNumbers, TakeTheFrictionFromAConstantDrivingForce) {
