@@ -61,6 +61,7 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       blocks_(block_map(grid, decomposition)),
       density_(settings.fluid.density),
       retraction_(settings.spheres.retraction),
+      marker_density_(settings.spheres.marker_density),
       tolerance_(settings.spheres.slip_tolerance),
       viscosity_(settings.fluid.kinematic_viscosity),
       deferred_impulse_share_(settings.spheres.deferred_impulse_share),

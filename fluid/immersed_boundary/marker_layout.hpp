@@ -10,12 +10,12 @@
 
 namespace bedload {
 
-/// Number of markers on a sphere of `radius_in_cells` = R/h so that each stands for about one
-/// cell's volume: N = pi/3 (12 R^2/h^2 + 1) (Uhlmann, J. Comput. Phys. 209 (2005), eq. 21: a shell
-/// of thickness h around the surface, divided by h^3).
-inline int marker_count(double radius_in_cells) {
+/// Number of markers on a sphere of `radius_in_cells` = R/h: `density` times the one with which
+/// each stands for about one cell's volume, N = pi/3 (12 R^2/h^2 + 1) (Uhlmann, J. Comput. Phys.
+/// 209 (2005), eq. 21: a shell of thickness h around the surface, divided by h^3).
+inline int marker_count(double radius_in_cells, double density) {
   const double r = radius_in_cells;
-  return static_cast<int>(std::ceil(std::numbers::pi / 3.0 * (12.0 * r * r + 1.0)));
+  return static_cast<int>(std::ceil(density * std::numbers::pi / 3.0 * (12.0 * r * r + 1.0)));
 }
 
 /// How far the markers are pulled in under the surface, in cells, so that the drag of an array of
@@ -55,13 +55,13 @@ struct MarkerLayout {
 };
 
 /// Layout for spheres of `radius` on cells of edge `h`; `retraction` in cells, negative: the
-/// default of spheres whose rigid core has `core_in_cells`.
+/// default of spheres whose rigid core has `core_in_cells`; `density` as in marker_count().
 inline MarkerLayout make_marker_layout(double radius, double h, double retraction,
-                                       double core_in_cells) {
+                                       double core_in_cells, double density) {
   const double cells = radius / h;
   const double pulled_in =
       (retraction < 0.0 ? default_retraction(cells, core_in_cells) : retraction) * h;
-  MarkerLayout layout{.radius = radius, .offsets = spiral_points(marker_count(cells))};
+  MarkerLayout layout{.radius = radius, .offsets = spiral_points(marker_count(cells, density))};
   for (Vec3& offset : layout.offsets) {
     offset *= std::max(radius - pulled_in, 0.0);
     for (int d = 0; d < 3; ++d) layout.along[static_cast<std::size_t>(d)].push_back(offset[d]);

@@ -28,7 +28,8 @@ template <class Real>
 int ImmersedBoundary<Real>::layout_of(double radius) {
   const auto [known, is_new] = layout_by_radius_.try_emplace(radius, layouts_.size());
   if (is_new)
-    layouts_.push_back(make_marker_layout(radius, grid_.h, retraction_, core_of(radius) / grid_.h));
+    layouts_.push_back(make_marker_layout(radius, grid_.h, retraction_, core_of(radius) / grid_.h,
+                                          marker_density_));
   return static_cast<int>(known->second);
 }
 

@@ -72,13 +72,14 @@ TEST(DeferredShare, EndsTheAnswerOfAddedMassInOneStageAndSwingsForNoDensity) {
 }
 
 TEST(MarkerLayout, CountAndRadiusFollowTheFormulas) {
-  EXPECT_EQ(marker_count(5.0), 316);  // pi/3 * 301 = 315.2
-  const MarkerLayout layout = make_marker_layout(0.5, 0.1, -1.0, 0.0);
+  EXPECT_EQ(marker_count(5.0, 1.0), 316);  // pi/3 * 301 = 315.2
+  EXPECT_EQ(marker_count(5.0, 0.7), 221);  // 220.6
+  const MarkerLayout layout = make_marker_layout(0.5, 0.1, -1.0, 0.0, 1.0);
   EXPECT_EQ(layout.offsets.size(), 316u);
   for (const Vec3& offset : layout.offsets)
     EXPECT_NEAR(offset.norm(), 0.5 - (0.29 + 0.1) * 0.1, round_off)
         << "r_d = (0.29 + h/D) h, D = 10h";
-  EXPECT_NEAR(make_marker_layout(0.5, 0.1, 0.25, 2.0).offsets[7].norm(), 0.475, round_off);
+  EXPECT_NEAR(make_marker_layout(0.5, 0.1, 0.25, 2.0, 1.0).offsets[7].norm(), 0.475, round_off);
 }
 
 TEST(MarkerLayout, IsEven) {
