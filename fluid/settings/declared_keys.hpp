@@ -148,11 +148,10 @@ void declare_keys(Settings& s, Visitor& key) {
   key.number("spheres.retraction", s.spheres.retraction, "h", Range{-1.0, 1.0}, Need::optional,
              "How far markers are pulled inside the surface, in cells; negative: 0.29 + h/D + 0.13 "
              "(1 - 6 h/D)^2, the last above D/h = 6 with spheres.rigid_core alone.");
-  key.number(
-      "spheres.marker_density", s.spheres.marker_density, "-", Range{0.5, 2.0}, Need::optional,
-      "Markers of a sphere over pi/3 (12 R^2/h^2 + 1), one for each cell's volume of a shell "
-      "of thickness h; 0.7 changes drag and torque by 0.1 % and saves a sixth of what spheres "
-      "take of the time.");
+  key.number("spheres.marker_density", s.spheres.marker_density, "-", Range{0.5, 2.0},
+             Need::optional,
+             "Markers of a sphere over pi/3 (12 R^2/h^2 + 1), with which each stands for a cell's "
+             "volume; 1 changes drag and torque by 0.1 % and the spheres take a fifth more time.");
   key.number(
       "spheres.pressure_share", s.spheres.pressure_share, "-", Range{-1.0, 1.0}, Need::optional,
       "Share of each stage's pressure correction that the old pressure takes over; negative: "

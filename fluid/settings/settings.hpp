@@ -93,7 +93,7 @@ struct Settings {
     int forcing_loops = 1;
     double slip_tolerance = 0.0;
     double retraction = -1.0;
-    double marker_density = 1.0;
+    double marker_density = 0.7;
     double pressure_share = -1.0;         // negative: immersed_boundary/deferred_share.hpp
     double deferred_impulse_share = 0.0;  // 0: likewise
     double deferred_angular_share = 0.0;  // 0: likewise

@@ -276,7 +276,7 @@ LOOPS = [
 ]  # fmt: skip
 MARKERS = [
     *((f"retraction {r:g} h", "marker retraction", 0, {"spheres.retraction": r}) for r in (0.0, 0.2)),
-    ("0.7 markers", "markers", 0, {"spheres.marker_density": 0.7}),
+    ("1.4 times the markers", "markers", 0, {"spheres.marker_density": 1.0}),
     ("no old pressure", "old pressure", 0, {"spheres.pressure_share": 0.0}),
 ]
 IMPLICIT = [("implicit", "diffusion", 0, {"fluid.diffusion": "implicit"})]

@@ -94,7 +94,8 @@ void measure(const std::string& precision, int copies, int repeats) {
     boundary.set_spheres(all);
     use(boundary, mobile);
   };
-  const double fixed = 144.0 * copies * 316, moving = 46.0 * copies * 316;
+  const int each = marker_count(5.0, s.spheres.marker_density);
+  const double fixed = 144.0 * copies * each, moving = 46.0 * copies * each;
   double fixed_loop = 0.0, all_loops = 0.0, place = 0.0, interior = 0.0;
   cost(false, [&](auto& boundary, auto&) {
     fixed_loop = seconds_of(repeats, [&] { boundary.force(velocity, 0.01, 0.01); });

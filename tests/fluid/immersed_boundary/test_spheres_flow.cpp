@@ -46,7 +46,8 @@ struct ArrayDrag {
 
 /// Steady Stokes flow through a simple-cubic array, one sphere in a cube of n cells.
 ArrayDrag array_drag(int n, double volume_fraction, const Vec3& offset,
-                     double diffusion_number = 0.2, double marker_density = 1.0) {
+                     double diffusion_number = 0.2,
+                     double marker_density = Settings::Spheres{}.marker_density) {
   Settings s = periodic_cube(n, 1.0, diffusion_number);
   s.spheres.marker_density = marker_density;
   s.fluid.convection = false;
@@ -94,7 +95,7 @@ TEST(SphereInFlow, DragOfACubicArray) {
 TEST(SphereInFlow, FewerMarkersKeepTheDragOfAnArray) {
   // Row sums weigh those that are left: 0.01 per cent (README.md). With the volumes of all markers
   // 0.7 times as much force in a stage would let the fluid slip.
-  const ArrayDrag all = array_drag(11, 0.216, Vec3::Zero());
+  const ArrayDrag all = array_drag(11, 0.216, Vec3::Zero(), 0.2, 1.0);
   const ArrayDrag fewer = array_drag(11, 0.216, Vec3::Zero(), 0.2, 0.7);
   EXPECT_NE(fewer.k, all.k);
   EXPECT_NEAR(fewer.k, all.k, 0.002 * all.k);
