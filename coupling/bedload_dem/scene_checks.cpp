@@ -148,12 +148,13 @@ void SceneChecks::check_prescribed() const {
 
 void SceneChecks::check_fixed_during_run() const {
   if (spheres_.fingerprint_of_fixed() != told_fixed_)
-    stop_run(lmp_, fmt::format("fix couple/fluid: step {}: the spheres of the group behind 'fixed' "
-                               "have changed during this coupled_run (number, place, speed, size), "
-                               "and the fluid receives them once; let the fix that changes them "
-                               "(insert, adapt, say) do so in a 'run' before fix couple/fluid, or take "
-                               "those spheres from its group",
-                               side_->steps_made()));
+    stop_run(lmp_,
+             fmt::format("fix couple/fluid: step {}: the spheres of the group behind 'fixed' "
+                         "have changed during this coupled_run (number, place, speed, size), "
+                         "and the fluid receives them once; let the fix that changes them "
+                         "(insert, adapt, say) do so in a 'run' before fix couple/fluid, or take "
+                         "those spheres from its group",
+                         side_->steps_made()));
 }
 
 }  // namespace bedload

@@ -7,8 +7,8 @@
 
 namespace bedload {
 
-/// Nanoseconds of the next sleep of a wait: twice the `last` one, up to 100 us or a thirty-second of what was `slept` so far,
-/// whichever is more, and never more than 20 ms.
+/// Nanoseconds of the next sleep of a wait: twice the `last` one, up to 100 us or a thirty-second
+/// of what was `slept` so far, whichever is more, and never more than 20 ms.
 constexpr std::int64_t next_sleep(std::int64_t last, std::int64_t slept) {
   constexpr std::int64_t short_wait = 100'000;
   constexpr std::int64_t longest = 20'000'000;
@@ -16,10 +16,11 @@ constexpr std::int64_t next_sleep(std::int64_t last, std::int64_t slept) {
 }
 
 /// Pauses of somebody who waits for the other program without burning a core: first 200 mere looks
-/// (an answer that is already there costs nothing), then sleeps that grow from 2 us on. A busy wait halves the speed of a fluid
-/// that shares the core, and sched_yield is a lottery. Each sleep costs some 20 us of a virtual core and stops the fluid there: with
-/// sleeps of at most 100 us LIGGGHTS took 13 % of a core and the fluid lost as much again to interrupts. A thirty-second of
-/// the wait is not felt: the fluid solves for the pressure meanwhile, which takes longer.
+/// (an answer that is already there costs nothing), then sleeps that grow from 2 us on. A busy wait
+/// halves the speed of a fluid that shares the core, and sched_yield is a lottery. Each sleep costs
+/// some 20 us of a virtual core and stops the fluid there: with sleeps of at most 100 us LIGGGHTS
+/// took 13 % of a core and the fluid lost as much again to interrupts. A thirty-second of the wait
+/// is not felt: the fluid solves for the pressure meanwhile, which takes longer.
 class Backoff {
  public:
   void pause() {

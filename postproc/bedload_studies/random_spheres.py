@@ -14,9 +14,10 @@ STEP = 0.12  # of a move [D]: half of the moves succeed at a volume fraction of 
 def random_spheres(fraction: float, length: float, seed: int, sweeps: int = SWEEPS) -> np.ndarray:
     """Centres (n, 3) [D] of spheres of D = 1 that fill the share `fraction` of a periodic cube of the edge `length`.
 
-    Metropolis et al. (1953): from a lattice on, each sphere in turn moves by a random step wherever no other one is in its
-    way, `sweeps` times. All places that hold no overlap are as likely then, which spheres put in one after the other (insert/pack)
-    are not: among these more touch, and the drag is 10 to 15 % smaller. Up to 0.45; beyond, a lattice does not melt.
+    Metropolis et al. (1953): from a lattice on, each sphere in turn moves by a random step wherever no other one is
+    in its way, `sweeps` times. All places that hold no overlap are as likely then, which those of spheres put in one
+    after the other (insert/pack) are not: among these more touch, and the drag is 10 to 15 % smaller. Up to 0.45;
+    beyond, a lattice does not melt.
     """
     number = round(fraction * length**3 / VOLUME)
     generator = np.random.default_rng(seed)

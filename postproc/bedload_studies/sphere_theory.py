@@ -36,7 +36,8 @@ def random_array_drag(fraction: float, reynolds: float) -> float:
 
 
 def random_array_drag_tenneti(fraction: float, reynolds: float) -> float:
-    """The same by Tenneti, Garg and Subramaniam (Int. J. Multiphase Flow 37, 2011), fraction 0.1 to 0.5, Re up to 300."""
+    """The same by Tenneti, Garg and Subramaniam (Int. J. Multiphase Flow 37, 2011), fraction 0.1 to 0.5, Re up to
+    300."""
     fluid = 1.0 - fraction
     alone = 1.0 + 0.15 * reynolds**0.687
     viscous = 5.81 * fraction / fluid**3 + 0.48 * fraction ** (1.0 / 3.0) / fluid**4

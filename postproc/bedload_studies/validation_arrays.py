@@ -60,7 +60,7 @@ def array(runner: Runner) -> Result:
     errors, across, run = [], [], None
     for n in (11, 21, 43):
         drag, run = array_drag(runner, f"array-{fraction}-{n}-surface", fraction, n, run,
-                           **{"spheres.retraction": 0.0})  # fmt: skip
+                               **{"spheres.retraction": 0.0})  # fmt: skip
         errors.append(drag / reference - 1)
         across.append(n / array_edge(fraction))
     result.curves.append(Curve(f"{fraction}, markers on the surface", across,
@@ -171,10 +171,11 @@ def random_array(runner: Runner) -> Result:
             spread = float(np.ptp([drag for _, drag in found])) / drag
             points.append((there, drag))
             # The fit is good to 8 %; places by chance make a few per cent.
-            result.rows.append(Row(f"K at {there:.3f}, Re = {reynolds:g}, D/h = 10 (mean of {len(seeds)}, which differ by "
-                                   f"{100 * spread:.0f} %)", drag, random_array_drag(there, reynolds), 0.08,
-                                   source="Beetstra, van der Hoef & Kuipers 2007; Tenneti, Garg & Subramaniam "
-                                   f"2011 have {random_array_drag_tenneti(there, reynolds):.3g}"))  # fmt: skip
+            what = (f"K at {there:.3f}, Re = {reynolds:g}, D/h = 10 (mean of {len(seeds)}, which differ by "
+                    f"{100 * spread:.0f} %)")  # fmt: skip
+            source = ("Beetstra, van der Hoef & Kuipers 2007; Tenneti, Garg & Subramaniam 2011 have "
+                      f"{random_array_drag_tenneti(there, reynolds):.3g}")  # fmt: skip
+            result.rows.append(Row(what, drag, random_array_drag(there, reynolds), 0.08, source=source))
         result.curves.append(marks(f"D/h = 10, Re = {reynolds:g}", points))
         across = np.linspace(0.15, 0.42, 60)
         result.curves.append(Curve(f"Beetstra et al. 2007, Re = {reynolds:g}", across.tolist(),
@@ -188,8 +189,8 @@ def random_array(runner: Runner) -> Result:
                                    source="limit of second order of D/h = 10 and 16"))  # fmt: skip
     result.remarks.append(
         "All places without overlap are as likely as each other (Metropolis et al. 1953). Spheres that LIGGGHTS' "
-        "insert/pack puts in one after the other have 10 to 15 % less drag: more of them touch. At Re = 50 errors fall with "
-        "the square of the cells: K = 34.69, 33.57, 33.02 at D/h = 10, 13, 16 (0.400, in single precision)."
+        "insert/pack puts in one after the other have 10 to 15 % less drag: more of them touch. At Re = 50 errors fall "
+        "with the square of the cells: K = 34.69, 33.57, 33.02 at D/h = 10, 13, 16 (0.400, in single precision)."
     )
     return result
 

@@ -11,8 +11,8 @@ from bedload_studies.validation_steady import wall_drag_and_lift
 
 
 def test_drag_and_lift_on_a_wall():
-    """Without inertia O'Neill's drag and 9.22 rho (dU/dy)^2 R^4 of lift (Leighton & Acrivos), U = R dU/dy; at Re = 100 by
-    hand: 0.4081 (1 + 0.104 32.06) and 3.663/10^0.88."""
+    """Without inertia O'Neill's drag and 9.22 rho (dU/dy)^2 R^4 of lift (Leighton & Acrivos), U = R dU/dy; at
+    Re = 100 by hand: 0.4081 (1 + 0.104 32.06) and 3.663/10^0.88."""
     slow = 1e-4
     drag, lift = wall_drag_and_lift(slow)
     assert drag == pytest.approx(24.0 * 1.7005 / slow, rel=1e-3)
