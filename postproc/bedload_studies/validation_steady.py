@@ -208,7 +208,8 @@ def wall_lift(runner: Runner) -> Result:
                                        [100.0 * float(e[0 if name == "C_D" else 1]) for e in errors]))  # fmt: skip
     result.remarks.append(
         "The shear flow is driven by a wall 6 D above. Forces at t = 30 over the shear rate, of boxes 12 and 20 D "
-        "wide: the rows have what is left without what falls as 1/L^2."
+        "wide: the rows have what is left without what falls as 1/L^2. The fits are as remembered; their limits "
+        "without inertia are those of theory (tests/postproc/test_fixed_spheres.py)."
     )
     return result
 

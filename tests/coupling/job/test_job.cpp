@@ -66,6 +66,10 @@ std::pair<int, std::int64_t> sleeps_of(std::int64_t wait) {
 
 TEST(Wait, IsFewSleepsAndHardlyTooLong) {
   const std::int64_t millisecond = 1'000'000;
+  EXPECT_EQ(next_sleep(2'000, 2'000), 4'000);
+  EXPECT_EQ(next_sleep(millisecond / 10, millisecond), millisecond / 10);
+  EXPECT_EQ(next_sleep(3 * millisecond, 128 * millisecond), 4 * millisecond);
+  EXPECT_EQ(next_sleep(20 * millisecond, 10'000 * millisecond), 20 * millisecond);
   for (const std::int64_t wait : {1, 10, 100, 600}) {
     const auto [sleeps, slept] = sleeps_of(wait * millisecond);
     EXPECT_LE(slept, wait * millisecond + std::max(millisecond / 10, wait * millisecond / 32));
