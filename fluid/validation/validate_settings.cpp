@@ -169,8 +169,7 @@ void check_explicit_diffusion(const Settings& s, const Grid& grid) {
   if (!diffusion_is_implicit(s, grid) && s.time.cfl == 0.0 && s.time.step > limit)
     throw UserError(fmt::format(
         "{}: 'time.step' is {}, but explicit diffusion is stable only up to {:.4g} with "
-        "this viscosity and cell size; 'fluid.diffusion' = \"implicit\" is stable with any step, "
-        "but takes drag from spheres.",
+        "this viscosity and cell size; 'fluid.diffusion' = \"implicit\" is stable with any step.",
         s.file, s.time.step, limit));
 }
 

@@ -30,8 +30,8 @@ class Preset:
 
 PRESETS = {
     "draft": Preset(0.8, "single", 1, "a coarser grid in single precision"),
-    "standard": Preset(1.0, "double", 0, "the scene as it stands"),
-    "fine": Preset(1.4, "double", 0, "a finer grid"),
+    "standard": Preset(1.0, "double", 0, "the scene's own grid in double precision"),
+    "fine": Preset(1.4, "double", 0, "a finer grid in double precision"),
 }
 AUTO = "auto"
 SENTENCES = {name: preset.sentence for name, preset in PRESETS.items()} | {

@@ -16,11 +16,11 @@ FOLDER = ROOT / "postproc" / "bedload_studies"
 
 
 def all_studies() -> dict[str, str]:
-    """Name and first sentence of each study; a module without `run` is a helper of the others."""
+    """Name and first sentence of each study; a module without `run` and `add_options` is a helper of the others."""
     found = {}
     for file in sorted(FOLDER.glob("[!_]*.py")):
         module = ast.parse(file.read_text(encoding="utf-8"))
-        if any(isinstance(part, ast.FunctionDef) and part.name == "run" for part in module.body):
+        if {"run", "add_options"} <= {part.name for part in module.body if isinstance(part, ast.FunctionDef)}:
             text = " ".join((ast.get_docstring(module) or "").split("\n\n")[0].split())
             found[file.stem] = text
     return found

@@ -503,7 +503,9 @@ def test_nothing_is_asked_of_apt_when_all_is_there(tmp_path):
 
 
 def test_a_study_is_a_module_with_run_and_its_first_sentence(tmp_path, monkeypatch):
-    (tmp_path / "drag.py").write_text('"""How drag converges\nwith D/h.\n\nMore."""\ndef run(o): ...\n')
+    text = '"""How drag converges\nwith D/h.\n\nMore."""\n'
+    (tmp_path / "drag.py").write_text(text + "def add_options(p): ...\ndef run(o): ...\n")
+    (tmp_path / "drag_scene.py").write_text(text + "def run(o): ...\n")
     (tmp_path / "helper.py").write_text('"""No study."""\n')
     monkeypatch.setattr(studies, "FOLDER", tmp_path)
     assert studies.all_studies() == {"drag": "How drag converges with D/h."}
