@@ -39,6 +39,11 @@ def circumstances() -> dict:
     }
 
 
+def kernel_names() -> list[str]:
+    """Of the benchmarks that programs() has after a build."""
+    return [file.stem.removeprefix("bench_") for file in sorted((ROOT / "tests/performance").glob("bench_*.cpp"))]
+
+
 def programs() -> dict[str, Path]:
     """Kernel benchmarks among the built programs (bench_NAME), by name."""
     return {file.name.removeprefix("bench_"): file for file in sorted(BIN.glob("bench_*"))}

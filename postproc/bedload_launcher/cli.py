@@ -85,15 +85,14 @@ def scenes(_: argparse.Namespace) -> int:
 
 
 def bench(options: argparse.Namespace) -> int:
-    build()
-    kernels, steps = measure.programs(), all_scenes()
-    ranks = job.Ranks.parse(options.ranks)
-    known = {*kernels, *steps, "bed", "effects"}
+    steps, ranks = all_scenes(), job.Ranks.parse(options.ranks)
+    known = {*measure.kernel_names(), *steps, "bed", "effects"}
     if options.name is not None and options.name not in known:
         raise unknown("benchmark", options.name, known)
     if options.table and options.name != "fluid":
         raise UserError("--table is there for `./bedload bench fluid` alone.")
-    for name, program in kernels.items():
+    build()
+    for name, program in measure.programs().items():
         if options.name not in (None, name):
             continue
         records = []
@@ -148,9 +147,8 @@ def study(options: argparse.Namespace) -> int:
         return 0
     if options.name not in studies:
         raise unknown("study", options.name, studies)
-    build()
     return run_study(
-        options.name, options.arguments, lambda prog, text: Parser(prog=prog, description=text)
+        options.name, options.arguments, lambda prog, text: Parser(prog=prog, description=text), build
     )
 
 

@@ -7,7 +7,7 @@ without.
 import argparse
 import ast
 import importlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from .build import ROOT
 from .errors import unknown
@@ -26,12 +26,18 @@ def all_studies() -> dict[str, str]:
     return found
 
 
-def run_study(name: str, arguments: Sequence[str], make_parser) -> int:
-    """Runs study `name` with its own `arguments`; `make_parser(prog, description)` gives the parser."""
+def run_study(
+    name: str, arguments: Sequence[str], make_parser: Callable[[str, str], argparse.ArgumentParser],
+    build: Callable[[], None],
+) -> int:  # fmt: skip
+    """Runs study `name` with its own `arguments`; `make_parser(prog, description)` gives the parser. `build` is called
+    once they are understood: help and mistakes take no build."""
     studies = all_studies()
     if name not in studies:
         raise unknown("study", name, studies)
     module = importlib.import_module(f"bedload_studies.{name}")
-    parser: argparse.ArgumentParser = make_parser(f"bedload study {name}", studies[name])
+    parser = make_parser(f"bedload study {name}", studies[name])
     module.add_options(parser)
-    return module.run(parser.parse_args(arguments))
+    options = parser.parse_args(arguments)
+    build()
+    return module.run(options)

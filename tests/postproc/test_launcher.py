@@ -510,7 +510,20 @@ def test_a_study_is_a_module_with_run_and_its_first_sentence(tmp_path, monkeypat
     monkeypatch.setattr(studies, "FOLDER", tmp_path)
     assert studies.all_studies() == {"drag": "How drag converges with D/h."}
     with pytest.raises(UserError, match="no study 'darg'; the nearest is 'drag'"):
-        studies.run_study("darg", [], None)
+        studies.run_study("darg", [], None, None)
+
+
+def test_nothing_is_built_for_a_line_that_is_not_understood(monkeypatch):
+    built = []
+    monkeypatch.setattr(cli, "build", lambda: built.append(True))
+    for line in (["models", "--nonsense"], ["modles"]):
+        with pytest.raises(UserError):
+            cli.study(cli.parse(["study", *line]))
+    with pytest.raises(SystemExit):
+        cli.study(cli.parse(["study", "models", "--help"]))
+    with pytest.raises(UserError, match="no benchmark 'fliud'; the nearest is 'fluid'"):
+        cli.bench(cli.parse(["bench", "fliud"]))
+    assert not built
 
 
 def test_a_preset_keeps_proportions_and_courant_number(tmp_path):
