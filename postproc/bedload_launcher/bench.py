@@ -14,6 +14,7 @@ from .errors import UserError
 from .machine import cores
 from .scenes import Scene
 from .trial import run_trial
+from .version import commit
 
 STEPS = 40  # of a scene; the first ones are dearer by a few per cent
 
@@ -27,13 +28,9 @@ def _processor() -> str:
 
 def circumstances() -> dict:
     """When, what and where: stands in every record."""
-    commit = subprocess.run(
-        ["git", "-C", str(ROOT), "describe", "--always", "--dirty"],
-        capture_output=True, text=True, check=False,
-    ).stdout.strip()  # fmt: skip
     return {
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        "commit": commit or None,
+        "commit": commit() or None,
         "processor": _processor(),
         "cores": cores(),
     }

@@ -2,13 +2,12 @@
 
 import hashlib
 import json
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
 from bedload_launcher import job
-from bedload_launcher.build import ROOT
 from bedload_launcher.errors import UserError
+from bedload_launcher.version import commit
 
 FILE = "made_by.json"  # in a run's folder
 WORDS = {"commit": "the commit", "programs": "the programs", "scene": "the scene's files"}
@@ -16,16 +15,12 @@ WORDS = {"commit": "the commit", "programs": "the programs", "scene": "the scene
 
 def now(work: job.Job, programs: Path) -> dict[str, str]:
     """Commit, and digests of both programs and of the scene as this job reads it."""
-    commit = subprocess.run(
-        ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--abbrev=12"],
-        capture_output=True, text=True, check=False,
-    ).stdout.strip()  # fmt: skip
     files = [programs / name for name in ("bedload-fluid", "bedload-dem")]
     chosen = dict(work.variables) | ({"model": work.model} if work.model else {})
     script = "\n".join(work.scene.script_lines(chosen)) if work.scene.moves_grains else ""
     scene = (work.scene.folder / "fluid.toml").read_text(encoding="utf-8") + script
     return {
-        "commit": commit or "unknown",
+        "commit": commit() or "unknown",
         "programs": _digest(b"".join(file.read_bytes() for file in files if file.is_file())),
         "scene": _digest(scene.encode()),
         "model": work.model or "",

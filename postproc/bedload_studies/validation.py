@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
             print(f"bedload: {name}: {error}", flush=True)
             failed += 1
             continue
-        result.costs = runner.costs
+        result.costs, result.made_by = runner.costs, runner.made_by
         result.save(report / f"{name}.json")
         _draw(result, report / f"{name}.png")
         _print(result)
@@ -142,7 +142,8 @@ def page_of(results: Mapping[str, Result]) -> str:
             verdict = {True: "kept", False: "**missed**", None: ""}[row.passed]
             page.append(f"| {row.what} | {row.found:.5g} | {_should_be(row)} | {_error(row)} | {_bound(row)} "
                         f"| {verdict} |")  # fmt: skip
-        page += ["", *result.remarks, f"Runs: {sum(result.costs.values()):.0f} s in all.", "",
+        made = f", made {' and '.join(result.made_by)}" if result.made_by else ""
+        page += ["", *result.remarks, f"Runs: {sum(result.costs.values()):.0f} s in all{made}.", "",
                  f"![{result.title}]({name}.png)", ""]  # fmt: skip
     return "\n".join(page)
 

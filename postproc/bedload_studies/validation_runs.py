@@ -1,6 +1,7 @@
 """Running the validation scenes, what a case compares with, and what it hands back. No study of its own."""
 
 import csv
+import datetime
 import json
 import math
 import shutil
@@ -15,6 +16,7 @@ from bedload_launcher.build import BIN
 from bedload_launcher.errors import UserError
 from bedload_launcher.job import Ranks, environment
 from bedload_launcher.scenes import INPUTS
+from bedload_launcher.version import commit
 from bedload_post.outputs import Run
 
 SCENES = INPUTS / "validation"
@@ -76,6 +78,7 @@ class Result:
     logarithmic: bool = False
     remarks: list[str] = field(default_factory=list)
     costs: dict[str, float] = field(default_factory=dict)  # seconds of each run
+    made_by: list[str] = field(default_factory=list)  # days and commits of the runs
 
     def save(self, path: Path) -> None:
         record = asdict(self)
@@ -131,6 +134,7 @@ class Runner:
     ranks: Ranks
     afresh: bool = False
     costs: dict[str, float] = field(default_factory=dict)
+    made_by: list[str] = field(default_factory=list)  # days and commits, each once
 
     def __call__(
         self, scene: str, label: str, settings: Mapping[str, object] = {},
@@ -150,9 +154,13 @@ class Runner:
         kept = json.loads(done.read_text(encoding="utf-8")) if done.is_file() else {}
         words = [part.removeprefix(f"{BIN}/") for part in line]
         if self.repeats(out) or kept.get("line") != words:
-            kept = {"line": words, "seconds": self._run(line, scene, out)}
+            today = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
+            made = f"{today} by commit {commit() or 'unknown'}"
+            kept = {"line": words, "seconds": self._run(line, scene, out), "made_by": made}
             done.write_text(json.dumps(kept), encoding="utf-8")
         self.costs[label] = kept["seconds"]
+        if (made := kept.get("made_by", "by a commit that was not kept")) not in self.made_by:
+            self.made_by.append(made)
         return Run(out)
 
     def repeats(self, out: Path) -> bool:

@@ -1,7 +1,9 @@
 """The page of the validation says first what misses its bound, and every number has its place."""
 
+from bedload_launcher.job import Ranks
+from bedload_studies import validation_runs
 from bedload_studies.validation import page_of
-from bedload_studies.validation_runs import Result, Row
+from bedload_studies.validation_runs import Result, Row, Runner
 
 DRAG = Result("Drag, D/h = 8", rows=[
     Row("K", 2.02, 2.0, 0.02, source="theory"), Row("order", 1.3),
@@ -25,3 +27,22 @@ def test_all_numbers_stand_there():
     assert "**0 of 1 numbers miss their bounds.**" in page
     assert "| K | 2.02 | 2 (theory) | +1.00 % | 2 % | kept |" in page
     assert "| order | 1.3 |  |  |  |  |" in page
+
+
+def test_a_result_says_of_which_commits_its_runs_are(tmp_path, monkeypatch):
+    def run(runner, line, scene, out):
+        out.mkdir()
+        return 1.0
+
+    monkeypatch.setattr(Runner, "_run", run)
+    monkeypatch.setattr(validation_runs, "Run", lambda out: out)
+    monkeypatch.setattr(validation_runs, "commit", lambda: "a1")
+    Runner(tmp_path, Ranks(1, 1))("scene", "first")
+    monkeypatch.setattr(validation_runs, "commit", lambda: "b2")
+    runner = Runner(tmp_path, Ranks(1, 1))
+    for label in ("first", "second", "third"):  # the first one stands there
+        runner("scene", label)
+    day = runner.made_by[0].split()[0]
+    assert runner.made_by == [f"{day} by commit a1", f"{day} by commit b2"]
+    page = page_of({"drag": Result("Drag", rows=DRAG.rows, costs=runner.costs, made_by=runner.made_by)})
+    assert f"Runs: 3 s in all, made {day} by commit a1 and {day} by commit b2." in page
