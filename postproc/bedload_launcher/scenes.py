@@ -111,14 +111,14 @@ class Scene:
         return lines(self.script) if self.moves_grains else iter(())
 
     def summary(self) -> str:
-        """The first sentence of the scene's README, its title left out."""
+        """The first sentence of the scene's README, or what it says before a colon; its title left out."""
         readme = self.folder / "README.md"
         if not readme.is_file():
             return ""
         text = readme.read_text(encoding="utf-8")
         body = [part for part in re.split(r"\n\s*\n", text) if part.strip()[:1] not in ("#", "")]
         sentence = re.match(r".*?[.:](?=\s|$)", " ".join(body[0].split())) if body else None
-        return sentence[0] if sentence else ""
+        return sentence[0].rstrip(".:") + "." if sentence else ""
 
 
 def _index_variable(line: str) -> tuple[str, str] | None:

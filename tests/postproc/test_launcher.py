@@ -108,7 +108,7 @@ def test_a_model_is_looked_up_among_the_files(tmp_path, monkeypatch):
 
 def test_every_shipped_scene_has_its_files():
     for scene in scenes.all_scenes().values():
-        assert scene.summary(), f"{scene.folder}/README.md has no first sentence"
+        assert scene.summary().endswith("."), f"{scene.folder}/README.md has no first sentence"
         assert scene.default_model() in [None, *scenes.models()]
 
 
