@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <unordered_map>
 #include <vector>
 
 #include "fluid/grid/grid.hpp"
@@ -52,15 +53,15 @@ void each_image(const Grid& grid, const Vec3& way, double reach, Visit visit) {
       }
 }
 
-/// Points sorted into cubes so that those near a place are found without looking at all.
+/// Points sorted into cubes so that those near a place are found without looking at all. Only cubes
+/// that hold a point take memory: on a rank the box is mostly empty, and where it has no sphere the
+/// cubes are as small as a few cells.
 class SphereBins {
  public:
   /// Cubes of at least `edge` [L], which is best about the distance that near() is asked for.
   SphereBins(const Grid& grid, double edge) : grid_(grid) {
     for (std::size_t d = 0; d < 3; ++d)
       count_[d] = std::max(1, static_cast<int>(grid.length[d] / edge));
-    bins_.resize(static_cast<std::size_t>(count_[0]) * static_cast<std::size_t>(count_[1]) *
-                 static_cast<std::size_t>(count_[2]));
   }
 
   void insert(const Vec3& position, int index) { bins_[number(place(position))].push_back(index); }
@@ -75,7 +76,8 @@ class SphereBins {
     for (const int x : along[0])
       for (const int y : along[1])
         for (const int z : along[2])
-          for (const int index : bins_[number({x, y, z})]) visit(index);
+          if (const auto bin = bins_.find(number({x, y, z})); bin != bins_.end())
+            for (const int index : bin->second) visit(index);
   }
 
  private:
@@ -109,7 +111,7 @@ class SphereBins {
 
   const Grid& grid_;
   std::array<int, 3> count_{};
-  std::vector<std::vector<int>> bins_;
+  std::unordered_map<std::size_t, std::vector<int>> bins_;  ///< by number(), those with points
 };
 
 }  // namespace bedload
