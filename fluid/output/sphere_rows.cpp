@@ -20,7 +20,8 @@ std::vector<SphereRow> by_range_of_tags(MPI_Comm comm, const std::vector<SphereR
     ends = {std::min(ends[0], row.tag), std::min(ends[1], -row.tag)};
   MPI_Allreduce(MPI_IN_PLACE, ends.data(), 2, MPI_INT64_T, MPI_MIN, comm);
   const auto ranks = static_cast<std::size_t>(size_of(comm));
-  const double width = static_cast<double>(-ends[1] - ends[0] + 1);
+  // In double: where no rank has a row both are the largest number.
+  const double width = -static_cast<double>(ends[1]) - static_cast<double>(ends[0]) + 1.0;
   std::vector<std::vector<SphereRow>> to(ranks);
   for (const SphereRow& row : rows) {
     const double part = static_cast<double>(row.tag - ends[0]) / width;

@@ -329,6 +329,10 @@ TEST(OutputSpheres, AreSharedEvenlyAmongTheRanksThatWriteThem) {
   const SphereRows few = ordered_by_tag(MPI_COMM_WORLD, rows, 3, 2000);
   EXPECT_THAT(few.of_sample, testing::ElementsAre(1000, 0, 1000));
   EXPECT_EQ(few.mine.size(), world_rank() == 0 ? 2000u : 0u);
+  // Before the first sphere is inserted instants have no rows (a sum of tags would overflow).
+  const SphereRows none = ordered_by_tag(MPI_COMM_WORLD, {}, 2, 2000);
+  EXPECT_THAT(none.of_sample, testing::ElementsAre(0, 0));
+  EXPECT_TRUE(none.mine.empty());
 }
 
 TEST(OutputSpheres, AreGatheredOfRanksThatMeetAMistakeTogether) {
