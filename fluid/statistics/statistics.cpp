@@ -60,11 +60,13 @@ FourierPlan<double> line_plan(int n, AlignedArray<std::complex<double>>& in,
                                       reinterpret_cast<double*>(out.data()), FFTW_FORWARD);
 }
 
-/// Values at faces from those at the centres beside them, as the scheme takes them.
-double at_face(const std::vector<double>& centre, std::size_t face) {
+/// Values at faces from those at the centres beside them, as the scheme takes them; on a wall,
+/// where v is zero, any.
+double at_face(const std::vector<double>& centre, std::size_t face, bool periodic) {
   const std::size_t n = centre.size();
-  if (face == 0 || face == n) return centre[face == 0 ? 0 : n - 1];
-  return 0.5 * (centre[face - 1] + centre[face]);
+  if (face > 0 && face < n) return 0.5 * (centre[face - 1] + centre[face]);
+  if (periodic) return 0.5 * (centre.back() + centre.front());
+  return face == 0 ? centre.front() : centre.back();
 }
 
 }  // namespace
@@ -410,8 +412,8 @@ void Statistics<Real>::fill_profiles(FlowStatistics& s, const Totals& total) con
   s.vw = with_lowest(averages(vw, count_vw, sums));
   for (std::size_t f = 0; f <= planes_; ++f) {
     s.vv[f] -= s.v[f] * s.v[f];
-    s.uv[f] -= s.v[f] * at_face(s.u, f);
-    s.vw[f] -= s.v[f] * at_face(s.w, f);
+    s.uv[f] -= s.v[f] * at_face(s.u, f, grid_.periodic(1));
+    s.vw[f] -= s.v[f] * at_face(s.w, f, grid_.periodic(1));
   }
 }
 
@@ -482,7 +484,11 @@ void Statistics<Real>::fill_friction(FlowStatistics& s) const {
   stress = clear && walls > 0 ? stress / walls : std::abs(s.driving) * settings_.reference.height;
   s.u_tau = std::sqrt(stress / settings_.fluid.density);
   s.re_tau = s.u_tau * settings_.reference.height / settings_.fluid.kinematic_viscosity;
-  if (!clear || stress == 0.0) return;
+  // Pressure on x walls, side walls and a fringe hold the flow, too: no straight line then.
+  const bool sides = grid_.walls[2][0] == Wall::no_slip || grid_.walls[2][1] == Wall::no_slip;
+  const bool held_below_and_above =
+      walls > 0 && grid_.periodic(0) && !sides && settings_.fringe.rate == 0.0;
+  if (!clear || !held_below_and_above || stress == 0.0) return;
   const auto total = [&](std::size_t f) { return s.viscous[f] + s.turbulent[f]; };
   s.stress_defect = 0.0;
   for (std::size_t f = 0; f <= planes_; ++f) {

@@ -43,14 +43,17 @@ struct FlowStatistics {
   std::vector<double> viscous;       ///< mu d<u>/dy at faces [M/(L T^2)]
   std::vector<double> turbulent;     ///< -rho <u v> at faces
   std::vector<double> acceleration;  ///< rho d<u>/dt at centres [M/(L^2 T^2)]
-  std::vector<double> spheres;       ///< what closes the balance: the spheres' force on the fluid
-  double driving = 0.0;              ///< [M/(L^2 T^2)]
+  /// What closes the balance: the spheres' force on the fluid, and, where there are, that of side
+  /// walls, of the pressure between x walls and of a fringe.
+  std::vector<double> spheres;
+  double driving = 0.0;  ///< [M/(L^2 T^2)]
   std::array<double, 2>
       wall_stress{};    ///< that the fluid exerts on the y walls along x [M/(L T^2)]
   double u_tau = 0.0;   ///< of the no-slip walls, or of the driving force where there are spheres
   double re_tau = 0.0;  ///< u_tau reference.height / nu
   /// Largest distance of viscous + turbulent from the straight line between the y walls'
-  /// stresses, over rho u_tau^2 (without spheres).
+  /// stresses, over rho u_tau^2; where nothing but driving and these walls acts on the flow (no
+  /// spheres, no other no-slip walls, no fringe).
   std::optional<double> stress_defect;
 
   /// One-sided spectra [L^3/T^2] of u, v, w at one height each, such that their sum times the

@@ -48,7 +48,7 @@ constexpr Column columns[] = {
     {"turbulent", &FlowStatistics::turbulent, "M/(L T^2)", "-rho <u v> at faces, all points"},
     {"acceleration", &FlowStatistics::acceleration, "M/(L^2 T^2)", "rho d<u>/dt, all points"},
     {"spheres", &FlowStatistics::spheres, "M/(L^2 T^2)",
-     "force of the spheres on the fluid per volume, closes the balance"},
+     "force of the spheres (side walls, fringe) on the fluid per volume, closes the balance"},
 };
 
 void write_list(Hdf5File& file, const std::string& name, const std::vector<double>& values) {

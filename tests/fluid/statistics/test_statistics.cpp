@@ -163,6 +163,42 @@ TEST(Statistics, CovariancesOfWavesAreExact) {
     EXPECT_NEAR(uw, -0.5 * std::cos(0.5 * kx * h) * std::cos(0.5 * kz * h), tolerance);
 }
 
+/// Through the seam of periodic y, too, a stream that carries nothing but its mean has no
+/// covariance.
+TEST(Statistics, TheSeamOfPeriodicYIsAFaceLikeOthers) {
+  WrittenFlow flow(periodic_box(), MPI_COMM_WORLD);
+  const double ky = 2 * M_PI / flow.grid.length[1];
+  flow.write([&](int c, const Vec3& x) {
+    return c == 0 ? std::sin(ky * x[1] + 0.5) : c == 1 ? 0.2 : std::cos(ky * x[1]);
+  });
+  flow.sample();
+  const FlowStatistics s = flow.statistics.result();
+  EXPECT_GT(std::abs(s.u.front() - s.u.back()), 0.1);
+  for (std::size_t f = 0; f < s.y_face.size(); ++f) {
+    EXPECT_NEAR(s.uv[f], 0.0, 1e-14) << f;
+    EXPECT_NEAR(s.vw[f], 0.0, 1e-14) << f;
+  }
+}
+
+/// Where something else than y walls holds the flow the stress is no straight line between them.
+TEST(Statistics, StressIsComparedWithALineBetweenYWallsAlone) {
+  const auto has_line = [](const Ends& ends, double fringe_rate) {
+    Settings s = periodic_box();
+    set_ends(s, ends);
+    s.fringe.rate = fringe_rate;
+    WrittenFlow flow(s, MPI_COMM_WORLD);
+    flow.write([](int c, const Vec3& x) { return c == 0 ? x[1] * (1.5 - x[1]) : 0.0; });
+    flow.sample();
+    return flow.statistics.result().stress_defect.has_value();
+  };
+  EXPECT_TRUE(has_line({periodic, no_slip, periodic}, 0.0));
+  EXPECT_TRUE(has_line({periodic, open_channel, free_slip}, 0.0));
+  EXPECT_FALSE(has_line({periodic, periodic, periodic}, 0.0));
+  EXPECT_FALSE(has_line({periodic, no_slip, open_channel}, 0.0));
+  EXPECT_FALSE(has_line({free_slip, no_slip, periodic}, 0.0));
+  EXPECT_FALSE(has_line({periodic, no_slip, periodic}, 2.0));
+}
+
 /// Samples count by the time that they stand for.
 TEST(Statistics, SamplesAreWeightedByTheirTime) {
   WrittenFlow flow(periodic_box(), MPI_COMM_WORLD);
@@ -345,6 +381,23 @@ TEST(Statistics, SpectraHoldTheVarianceWhereTheWaveIs) {
       EXPECT_NEAR(std::accumulate(at.x[c].begin(), at.x[c].end(), 0.0) * kx, wave + shortest,
                   1e-12);
     }
+}
+
+/// Spectra count by the time that their samples stand for, and every other sample has one.
+TEST(Statistics, SpectraAreWeightedByTheTimeOfTheirSamples) {
+  Settings settings = periodic_box();
+  settings.statistics.spectra_heights = {0.7};
+  settings.statistics.spectra_every = 2;
+  WrittenFlow flow(settings, MPI_COMM_WORLD);
+  const double kx = 2 * M_PI / flow.grid.length[0];
+  for (const auto& [size, duration] : {std::pair{2.0, 3.0}, {100.0, 5.0}, {4.0, 1.0}}) {
+    flow.write(
+        [&, a = size](int c, const Vec3& x) { return c == 0 ? a * std::cos(2 * kx * x[0]) : 0.0; });
+    flow.sample({}, duration);
+  }
+  const FlowStatistics s = flow.statistics.result();
+  // (3 * 2^2 + 1 * 4^2)/(3 + 1)/2
+  EXPECT_NEAR(s.spectra.at(0).x[0][2] * kx, 3.5, 1e-12);
 }
 
 /// Interrupted and continued, or on any number of ranks: the same numbers.
