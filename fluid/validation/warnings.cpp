@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "fluid/grid/diffusion_limit.hpp"
 
@@ -110,6 +111,18 @@ void warn_of_slope(const Settings& s, std::vector<std::string>& found) {
   }
 }
 
+/// Transforms take a line of points for one period.
+void warn_of_spectra_between_walls(const Settings& s, std::vector<std::string>& found) {
+  if (s.statistics.spectra_heights.empty()) return;
+  for (const auto& [name, ends] : {std::pair{'x', s.boundary.x}, {'z', s.boundary.z}})
+    if (ends[0] != Wall::periodic)
+      found.push_back(fmt::format(
+          "{}: 'statistics.spectra_heights' asks for spectra, and those along {}, between walls, "
+          "hold the jump from one wall to the other; only along periodic directions are they what "
+          "the flow has.",
+          s.file, name));
+}
+
 std::optional<std::string> thin_layer(const SphereExtremes& spheres) {
   if (spheres.thinnest_layer >= thinnest_layer) return std::nullopt;
   return fmt::format(
@@ -180,6 +193,10 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
   const bool profile = s.start.from == Start::laminar || s.start.from == Start::logarithmic;
   if (s.start.disturbance != 0.0 && !profile)
     no_effect("start.disturbance", "start.from = \"laminar\" or \"logarithmic\"");
+  else if (s.start.disturbance != 0.0 && s.start.velocity == 0.0)
+    no_effect("start.disturbance", "'start.velocity', whose share it is");
+  if (s.start.seed != Settings::Start_{}.seed && s.start.disturbance == 0.0)
+    no_effect("start.seed", "'start.disturbance' above 0");
   if (!s.start.file.empty() && s.start.from != Start::state)
     no_effect("start.file", "start.from = \"state\"");
   if (s.start.velocity != 0.0 && !profile)
@@ -193,6 +210,13 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
   warn_of_slope(s, found);
   if (s.spheres.slip_tolerance > 0.0 && s.spheres.forcing_loops == 1)
     no_effect("spheres.slip_tolerance", "'spheres.forcing_loops' above 1");
+  if (s.spheres.deferred_impulse_share > 0.0 && !s.spheres.interior_term)
+    no_effect("spheres.deferred_impulse_share", "'spheres.interior_term' = \"on\"");
+  if (s.statistics.from != 0.0 && s.statistics.every == 0)
+    no_effect("statistics.from", "'statistics.every' above 0");
+  if (s.statistics.spectra_every != 1 && s.statistics.spectra_heights.empty())
+    no_effect("statistics.spectra_every", "'statistics.spectra_heights'");
+  warn_of_spectra_between_walls(s, found);
   if (s.statistics.every > 0 && s.statistics.from >= s.time.end)
     found.push_back(
         fmt::format("{}: 'statistics.from' = {} is not before 'time.end' = {}: none will be taken.",

@@ -282,6 +282,22 @@ TEST(BadSettings, WarningsAreGiven) {
   EXPECT_EQ(spoken({"fluid.gravity=[0.1, -1.0, 0.0]", "flow.driving=gravity"}), "");
   EXPECT_THAT(spoken({"statistics.every=1", "statistics.from=2.0"}),
               HasSubstr("'statistics.from'"));
+  EXPECT_THAT(spoken({"statistics.from=0.5"}), HasSubstr("'statistics.every' above 0"));
+  EXPECT_THAT(spoken({"statistics.every=1", "statistics.spectra_every=2"}),
+              HasSubstr("'statistics.spectra_heights'"));
+  EXPECT_THAT(spoken({"spheres.interior_term=off", "spheres.deferred_impulse_share=0.3"}),
+              HasSubstr("'spheres.interior_term'"));
+  // A disturbance is a share of start.velocity.
+  const std::string profile = "start.from=\"laminar\"";
+  EXPECT_THAT(spoken({profile, "start.disturbance=0.1"}), HasSubstr("'start.velocity'"));
+  EXPECT_EQ(spoken({profile, "start.disturbance=0.1", "start.velocity=1.0"}), "");
+  EXPECT_THAT(spoken({profile, "start.velocity=1.0", "start.seed=2"}),
+              HasSubstr("'start.disturbance' above 0"));
+  const std::string spectra = "statistics.spectra_heights=[0.5]";
+  EXPECT_EQ(spoken({"statistics.every=1", spectra}), "");
+  for (const std::string across : {"x", "z"})
+    EXPECT_THAT(spoken({"statistics.every=1", spectra, "boundary." + across + "=no_slip"}),
+                HasSubstr("along " + across + ", between walls"));
 }
 
 /// Spheres that the study of stability has found inaccurate are warned of, those beside them that
