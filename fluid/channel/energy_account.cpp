@@ -75,7 +75,10 @@ void EnergyAccount<Real>::end_stage(const Field<Real>& velocity, int stage, doub
   const Stage& weights = runge_kutta[static_cast<std::size_t>(stage)];
   tendency(weights.gamma, before_);
   tendency(weights.zeta, earlier_);
-  if (implicit) work_.viscous = std::numeric_limits<double>::quiet_NaN();
+  if (!implicit) return;
+  work_.viscous = std::numeric_limits<double>::quiet_NaN();
+  // The markers' kept force acts within the predictor.
+  if (forced_) work_.forcing = std::numeric_limits<double>::quiet_NaN();
 }
 
 template class EnergyAccount<float>;

@@ -201,8 +201,9 @@ void declare_keys(Settings& s, Visitor& key) {
   key.word(
       "output.energy_work", s.output.energy_work, on_off_words,
       "Whether history.csv tells what forcing at the markers, viscosity and convection give to "
-      "the flow's energy (columns forcing_work, viscous_work, convective_work); costs sixteen "
-      "sums over the box in a step and the memory of three velocity fields.");
+      "the flow's energy (columns forcing_work, viscous_work, convective_work); the first two are "
+      "not followed, nan, with implicit diffusion; costs sixteen sums over the box in a step and "
+      "the memory of three velocity fields.");
   key.integer("statistics.every", s.statistics.every, "-", Range{0, 1 << 30},
               "Steps between samples of the flow statistics; 0: none are taken.");
   key.number("statistics.from", s.statistics.from, "T", not_negative, Need::optional,

@@ -32,7 +32,8 @@ class Followed {
   Followed(const Settings& s, bool sphere)
       : channel_(s, MPI_COMM_WORLD),
         account_(channel_.grid(), channel_.decomposition()),
-        viscosity_(s.fluid.kinematic_viscosity) {
+        viscosity_(s.fluid.kinematic_viscosity),
+        implicit_(s.fluid.diffusion == Diffusion::implicit) {
     const SphereState held{.tag = 1, .position = {0.7, 0.45, 0.4}, .radius = 0.25, .mobile = false};
     if (sphere) channel_.set_spheres(std::vector<SphereState>{held});
   }
@@ -49,7 +50,7 @@ class Followed {
         account_.forced(channel_.velocity());
       }
       channel_.project(stage);
-      account_.end_stage(channel_.velocity(), stage, dt, viscosity_, false);
+      account_.end_stage(channel_.velocity(), stage, dt, viscosity_, implicit_);
     }
     channel_.finish_step();
     return (energy() - before) / dt;
@@ -63,6 +64,7 @@ class Followed {
   Channel<Real> channel_;
   EnergyAccount<Real> account_;
   double viscosity_;
+  bool implicit_;
 };
 
 template <class Real>
@@ -98,6 +100,20 @@ TYPED_TEST(EnergyAccounts, CloseOnAnyRanks) {
       if (c.sphere) EXPECT_GT(std::abs(work.forcing), 100 * bound);
       if (!c.sphere) EXPECT_EQ(work.forcing, 0.0);
     }
+  }
+}
+
+/// What is not followed is no number, rather than a part of it: viscosity, and of the markers'
+/// force what stands in the equation of implicit diffusion.
+TEST(EnergyAccount, SaysWhatImplicitDiffusionHides) {
+  for (const bool sphere : {false, true}) {
+    Settings s = stream({periodic, open_channel, periodic}, 0.0);
+    s.fluid.diffusion = Diffusion::implicit;
+    Followed<double> flow(s, sphere);
+    flow.step();
+    EXPECT_TRUE(std::isnan(flow.work().viscous));
+    EXPECT_EQ(std::isnan(flow.work().forcing), sphere);
+    EXPECT_FALSE(std::isnan(flow.work().convective));
   }
 }
 
