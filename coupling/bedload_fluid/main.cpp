@@ -167,7 +167,7 @@ std::vector<SphereState> share_out(FluidSide& partner, const PartnerScene& dem,
 template <class Real>
 int simulate(Job& job, const FluidOptions& options, const Settings& settings, FluidSide* partner,
              const PartnerScene* dem, Resumption* from) {
-  if (from) learn_transforms<Real>(*from);
+  if (from) learn_transforms(*from);
   Cuts cuts = from ? from->cuts(job.size(), settings) : Cuts{};
   std::vector<SphereState> spheres;
   SphereNumbers numbers;

@@ -215,11 +215,7 @@ void check_scene(const Resumption& from, const Settings& settings) {
         from.place.fluid(), settings.file));
 }
 
-template <class Real>
-void learn_transforms(const Resumption& from) {
-  const std::string wisdom = from.run().text(wisdom_name);
-  if (!wisdom.empty()) Fftw<Real>::learn(wisdom.c_str());
-}
+void learn_transforms(const Resumption& from) { learn_all(from.run().text(wisdom_name)); }
 
 template <class Real>
 void restore_flow(const Resumption& from, Channel<Real>& channel) {
@@ -355,11 +351,9 @@ void Checkpoints<Real>::save(const SaveGroup& run) const {
   run.list<std::int32_t>(y_cuts_name, cuts.y);
   run.list<std::int32_t>(z_cuts_name, cuts.z);
   // What FFTW has learned on the first rank is all that any rank has (plan_alike).
-  run.text(wisdom_name, wisdom_in_order<Real>());
+  run.text(wisdom_name, all_wisdom());
 }
 
-template void learn_transforms<float>(const Resumption&);
-template void learn_transforms<double>(const Resumption&);
 template void restore_flow(const Resumption&, Channel<float>&);
 template void restore_flow(const Resumption&, Channel<double>&);
 template class Checkpoints<float>;

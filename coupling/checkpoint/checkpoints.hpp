@@ -54,7 +54,6 @@ Resumption open_checkpoint(const std::string& where, bool with_grains, MPI_Comm 
 void check_scene(const Resumption& from, const Settings& settings);
 
 /// Lets FFTW choose the algorithms of the run before, which a fresh measurement might not.
-template <class Real>
 void learn_transforms(const Resumption& from);
 
 /// Sets the flow to what the checkpoint holds.

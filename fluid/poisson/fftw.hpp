@@ -91,6 +91,21 @@ void know_only(const std::string& wisdom) {
   Fftw<Real>::learn(wisdom.c_str());
 }
 
+/// What FFTW has learned in both precisions, one part behind the other: the spectra of the
+/// statistics are in double whatever the fields are.
+inline std::string all_wisdom() { return wisdom_in_order<double>() + wisdom_in_order<float>(); }
+
+/// Learns what all_wisdom() has written. FFTW does not take parts of the other precision.
+inline void learn_all(const std::string& wisdom) {
+  for (std::size_t begin = 0; begin < wisdom.size();) {
+    const std::size_t end = std::min(wisdom.find("\n(", begin), wisdom.size() - 1) + 1;
+    const std::string part = wisdom.substr(begin, end - begin);  // entries within are indented
+    Fftw<double>::learn(part.c_str());
+    Fftw<float>::learn(part.c_str());
+    begin = end;
+  }
+}
+
 /// Runs `plan` on all ranks so that they compute with the same algorithms, to the last digit, and
 /// so does a run that goes on with what this one has learned. The first rank of each `shape` of
 /// transforms plans, which measures, on top of what those before it have learned; then all plan

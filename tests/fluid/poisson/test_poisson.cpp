@@ -310,5 +310,25 @@ TEST(Poisson, AllRanksKnowWhatAnyHasLearned) {
   }
 }
 
+/// A run in single precision has spectra in double, and its checkpoint what both have learned.
+TEST(Poisson, WisdomOfBothPrecisionsIsLearnedAgain) {
+  AlignedArray<double> twice(120), twice_out(120);
+  AlignedArray<float> single(120), single_out(120);
+  const FftwShape shape{{60}, 1};
+  const auto twice_plan =
+      FourierPlan<double>::complex(shape, twice.data(), twice_out.data(), FFTW_FORWARD);
+  const auto single_plan =
+      FourierPlan<float>::complex(shape, single.data(), single_out.data(), FFTW_FORWARD);
+  const std::string learned = all_wisdom(), of_double = wisdom_in_order<double>(),
+                    of_single = wisdom_in_order<float>();
+  Fftw<double>::forget();
+  Fftw<float>::forget();
+  EXPECT_NE(wisdom_in_order<double>(), of_double);
+  EXPECT_NE(wisdom_in_order<float>(), of_single);
+  learn_all(learned);
+  EXPECT_EQ(wisdom_in_order<double>(), of_double);
+  EXPECT_EQ(wisdom_in_order<float>(), of_single);
+}
+
 }  // namespace
 }  // namespace bedload
