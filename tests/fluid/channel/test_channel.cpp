@@ -4,7 +4,9 @@
 #include <limits>
 #include <set>
 
+#include "fluid/channel/diagnostics.hpp"
 #include "fluid/channel/start_field.hpp"
+#include "fluid/grid/diffusion_limit.hpp"
 #include "fluid/output/phase_table.hpp"
 #include "fluid/settings/errors.hpp"
 #include "tests/fluid/carry_over.hpp"
@@ -141,6 +143,33 @@ TEST(TimeStep, FollowsTheCflNumber) {
   EXPECT_NEAR(Channel<double>(s, MPI_COMM_WORLD).time_step(), 0.8179, 0.035);
   s.time.step = 0.3;
   EXPECT_EQ(Channel<double>(s, MPI_COMM_WORLD).time_step(), 0.3);
+}
+
+/// On stretched y the speed through a face counts by the lower one of the cells beside it, and
+/// explicit diffusion is limited by the lowest of all, at whichever wall.
+TEST(TimeStep, KnowsTheHeightsOfCells) {
+  for (const bool dense_above : {false, true}) {
+    Settings s = box({8, 8, 8}, 0.125, 0.01, 1e-4);
+    s.boundary.y = dense_above ? under_a_lid : open_channel;
+    s.grid.y_stretching = 1.5;
+    const Grid grid = make_grid(s);
+    const double lowest = grid.thickness(dense_above ? 7 : 0);
+    ASSERT_LT(lowest, 0.5 * grid.thickness(dense_above ? 0 : 7));
+    // The second differences of a wave that changes sign from cell to cell: 4 (2/h^2 + 1/dy^2).
+    EXPECT_NEAR(explicit_diffusion_limit(grid, 0.01) * 0.01 * 4.0 *
+                    (2.0 + 1.0 / (lowest * lowest)) / (0.125 * 0.125),
+                2.5127453266183286, 1e-12);
+    const Decomposition decomposition(grid, MPI_COMM_WORLD);
+    for (int j = 0; j < 7; ++j) {
+      Field<double> velocity(grid, decomposition.extent(), 3);
+      if (decomposition.holds(j, 3))
+        velocity.row(j - decomposition.first(), 3 - decomposition.first_row(), 1)[5] = -2.0;
+      const double beside = grid.thickness(dense_above ? j + 1 : j);
+      EXPECT_DOUBLE_EQ(all_max(largest_local_speed(velocity, grid, decomposition), MPI_COMM_WORLD),
+                       2.0 / beside);
+      EXPECT_EQ(find_fastest(velocity, grid, decomposition), (std::array{5, j, 3}));
+    }
+  }
 }
 
 /// The clock of the phases sees the stages, all of them and nothing else.
@@ -322,7 +351,6 @@ TEST(Pressure, SummedUpAndSolvedAnewAreTheSame) {
   expect_same_as_solved_anew([](Channel<double>& summed) { advance(summed, 5); });
 }
 
-/// A run that goes on from its own velocity and pressure is the same run.
 /// A state of another run brings the force that kept that run's bulk velocity; a run that is driven
 /// otherwise, or not at all, does not take it over.
 TEST(Restart, IsDrivenAsItsOwnSettingsSay) {
@@ -348,6 +376,7 @@ TEST(Restart, IsDrivenAsItsOwnSettingsSay) {
   }
 }
 
+/// A run that goes on from its own velocity and pressure is the same run.
 TEST(Restart, GoesOnAsIfNothingHadHappened) {
   Settings s = box({16, 12, 12}, 1.0 / 12, 1e-3, 0.01);
   disturb(s, 1.0, 0.3);
