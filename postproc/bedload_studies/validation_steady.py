@@ -310,7 +310,7 @@ def film(runner: Runner) -> Result:
         if name == "along x":
             rest, touching = _approaching(0.2 / n) - 2.5 * n, _squeezed_pair(runner, n, 0.0, direction, "x") - images
             result.rows.append(Row(f"two spheres {name}, at the touch, D/h = {n}: film that the grid resolves, times h",
-                                   (touching - rest) * 4.0 / n, RESOLVED_AT_TOUCH, source=AT_TOUCH))  # fmt: skip
+                                   (touching - rest) * 4.0 / n, RESOLVED_AT_TOUCH, 0.1, source=AT_TOUCH))  # fmt: skip
         for gap in gaps[:-1]:
             exact, found = _approaching(2.0 * gap / n), raw[gap] - images
             leading = 0.25 * n / gap
