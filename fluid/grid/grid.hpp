@@ -49,11 +49,16 @@ struct Grid {
     for (int j = 1; j < cells[1] && stretched(); ++j) least = std::min(least, thickness(j));
     return least;
   }
+  /// Planes from the lower end up whose cells are cubes.
+  int cubic_planes() const {
+    int j = stretched() ? 0 : cells[1];
+    while (j < cells[1] && std::abs(thickness(j) - 1.0) < 1e-9) ++j;
+    return j;
+  }
   /// Height up to which all cells are cubes [L].
   double cubes_up_to() const {
-    int j = 0;
-    while (j < cells[1] && std::abs(thickness(j) - 1.0) < 1e-9) ++j;
-    return j < cells[1] ? y_face(j - 1) : length[1];
+    const int planes = cubic_planes();
+    return planes < cells[1] ? y_face(planes - 1) : length[1];
   }
 
   double cell_volume() const { return h * h * h; }  ///< of a cube

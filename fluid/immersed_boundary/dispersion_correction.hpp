@@ -50,7 +50,8 @@ inline double dispersion_share(const SphereState& motion, double h, double dt) {
 /// for a = 1 the difference to the central difference of fourth order. The layer that the kernel
 /// makes is some cells thick, and of waves of six cells that difference is 0.8 of the error, hence
 /// the factor dispersion_factor. It is written as what the D of one point gives to its two
-/// neighbours along d, so that it makes no momentum. The angular momentum that it makes per point
+/// neighbours along d, so that it makes no momentum; where one of them lies among cells that are no
+/// cubes, as beside a wall, central differences stay. The angular momentum that it makes per point
 /// and direction across the component, -2 h times a V_d dt/(12 h) D, belongs to the sphere's torque
 /// on the fluid.
 ///
@@ -143,6 +144,10 @@ void DispersionCorrection<Real>::add(const Grid& grid, const Decomposition& deco
   if (component == 0) find_planes(grid, radius, neighbours);
   const auto [lowest, highest] = y.within(reach);
   const auto [back, front] = z.within(reach);
+  // Whether the volumes around both neighbours along y are cubes, too; else what one of them gets
+  // and the other loses would be no momentum.
+  const int cubes = grid.cubic_planes(), volume_ends = component == 1 ? 2 : 1;
+  const auto even = [&](int j) { return cubes == grid.cells[1] || j + volume_ends < cubes; };
   for (int j = lowest; j <= highest; ++j)
     for (int k = back; k <= front; ++k) {
       const double chord = reach * reach - y.place(j) * y.place(j) - z.place(k) * z.place(k);
@@ -154,7 +159,7 @@ void DispersionCorrection<Real>::add(const Grid& grid, const Decomposition& deco
                .count = 0,
                .x_from = 0,
                .x_to = 0,
-               .y_inner = y.inner(j),
+               .y_inner = y.inner(j) && even(j),
                .z_inner = z.inner(k),
                .first_place = Vec3(0.0, y.place(j), z.place(k))},
               x, own_part(y.place(j), z.place(k), std::sqrt(chord)));

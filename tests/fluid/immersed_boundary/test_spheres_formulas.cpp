@@ -335,6 +335,43 @@ TEST(DispersionCorrection, GoesBeyondTheDifferencesOfFourthOrder) {
   EXPECT_GT(moment.norm(), 1e-4) << "a moment that vanishes would agree with anything";
 }
 
+/// Under cells that grow, as high as a sphere may go, it makes no momentum either: what a stretched
+/// cell gets would count by its height.
+TEST(DispersionCorrection, MakesNoMomentumUnderStretchedCells) {
+  Settings settings;
+  settings.grid.cells = {24, 24, 24};
+  settings.grid.length = {2.4, 3.0, 2.4};
+  settings.grid.y_uniform = 1.5;
+  const Grid grid = make_grid(settings);
+  ASSERT_EQ(grid.cubic_planes(), 15);
+  ASSERT_GT(grid.thickness(15), 1.05);
+  const Decomposition all(grid, MPI_COMM_SELF);
+  Field<double> field(grid, all.extent(), 3), gain(grid, all.extent(), 3);
+  for (int c = 0; c < 3; ++c)
+    for (int j = -1; j <= 24; ++j)
+      for (int k = 0; k < 24; ++k)
+        for (int i = -1; i <= 24; ++i) field.row(j, k, c)[i] = std::cos(1.1 * j + 0.3 * i - k + c);
+  for (const double below_highest : {0.0, 0.06, 0.11}) {
+    SphereState sphere{.tag = 1, .position = {1.21, 0.9 - below_highest, 1.23}, .radius = 0.4};
+    sphere.velocity = {0.3, 0.7, -0.2};
+    gain.fill(0.0);
+    DispersionCorrection<double> correction;
+    for (int c = 0; c < 3; ++c) correction.add(grid, all, c, sphere.position, sphere.radius);
+    correction.find(0, sphere, grid, 0.01, field, gain);
+    Vec3 given = Vec3::Zero(), size = Vec3::Zero();
+    for (int c = 0; c < 3; ++c)
+      for (int j = 0; j < 24; ++j)
+        for (int k = 0; k < 24; ++k)
+          for (int i = 0; i < 24; ++i) {
+            const double more = gain.row(j, k, c)[i];
+            given[c] += more * (c == 1 ? grid.gap(j) : grid.thickness(j));
+            size[c] += std::abs(more);
+          }
+    EXPECT_GT(size.minCoeff(), 0.1);
+    EXPECT_LT(given.norm(), 1e-12) << below_highest;
+  }
+}
+
 /// What the surface does at most, its spin included, in cells a step decides.
 TEST(DispersionCorrection, FadesWhereASphereGoesFarInAStep) {
   SphereState sphere{.tag = 1, .velocity = {0.3, -0.2, 0.1}, .radius = 0.5};
