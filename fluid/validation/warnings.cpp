@@ -212,8 +212,6 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
     no_effect("spheres.slip_tolerance", "'spheres.forcing_loops' above 1");
   if (s.spheres.deferred_impulse_share > 0.0 && !s.spheres.interior_term)
     no_effect("spheres.deferred_impulse_share", "'spheres.interior_term' = \"on\"");
-  if (s.statistics.from != 0.0 && s.statistics.every == 0)
-    no_effect("statistics.from", "'statistics.every' above 0");
   if (s.statistics.spectra_every != 1 && s.statistics.spectra_heights.empty())
     no_effect("statistics.spectra_every", "'statistics.spectra_heights'");
   warn_of_spectra_between_walls(s, found);
