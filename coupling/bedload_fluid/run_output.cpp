@@ -183,8 +183,10 @@ template <class Real>
 void RunOutput<Real>::take_statistics() {
   const Channel<Real>& channel = simulation_.channel();
   const int every = settings_.statistics.every;
-  if (channel.step() % every == 0 && channel.time() >= settings_.statistics.from)
-    statistics_->sample(view_of(channel), simulation_.spheres(), every * channel.last_time_step());
+  if (channel.step() % every != 0 || channel.time() < settings_.statistics.from) return;
+  const double duration =
+      statistics_->duration_at(channel.time(), every * channel.last_time_step());
+  statistics_->sample(view_of(channel), simulation_.spheres(), duration);
 }
 
 template <class Real>

@@ -95,6 +95,8 @@ void FieldWriter::resume_file(std::int64_t step) {
     else
       file.remove(name);
   }
+  // Names come in the order of letters.
+  std::ranges::sort(snapshots_, {}, &Snapshot::step);
   file.close();
   mark_whole(path_);
 }

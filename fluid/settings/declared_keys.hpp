@@ -120,8 +120,10 @@ void declare_keys(Settings& s, Visitor& key) {
   key.text("start.file", s.start.file,
            "State to start from (start.from = \"state\"), beside fluid.toml; interpolated when its "
            "grid differs.");
-  key.number("start.velocity", s.start.velocity, "L/T", any, Need::optional,
-             "Mean velocity of the laminar or logarithmic profile over the flow depth.");
+  key.number(
+      "start.velocity", s.start.velocity, "L/T", any, Need::optional,
+      "Mean velocity of the laminar or logarithmic profile over the flow depth; the linear flow "
+      "between moving walls is added to the laminar one.");
   key.number("start.height", s.start.height, "L", not_negative, Need::optional,
              "Height y at which the profile begins (the bed's top); at rest below.");
   key.number("start.disturbance", s.start.disturbance, "-", Range{0.0, 1.0}, Need::optional,
@@ -214,8 +216,11 @@ void declare_keys(Settings& s, Visitor& key) {
               "Samples of the statistics between two of the spectra.");
   key.number("reference.velocity", s.reference.velocity, "L/T", positive, Need::optional,
              "Velocity u_b of the derived numbers.");
-  key.number("reference.height", s.reference.height, "L", positive, Need::optional,
-             "Flow depth H of the derived numbers.");
+  key.number(
+      "reference.height", s.reference.height, "L", positive, Need::optional,
+      "Flow depth H of the derived numbers: from the bed's top to the free surface; between two "
+      "no-slip walls half of their distance where the flow is turbulent, all of it where it is "
+      "laminar.");
   key.number("reference.diameter", s.reference.diameter, "L", positive, Need::optional,
              "Sphere diameter D of the derived numbers.");
   key.number("reference.sphere_density", s.reference.sphere_density, "M/L^3", not_negative,

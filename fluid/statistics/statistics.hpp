@@ -77,6 +77,12 @@ class Statistics {
   /// with all ghosts valid. `spheres`: at least those that reach into this rank's rows.
   void sample(const FlowView<Real>& flow, std::span<const SphereState> spheres, double duration);
 
+  /// The time that a sample at `time` stands for [T]: since the one before; `first` for the first
+  /// one from statistics.from on.
+  double duration_at(double time, double first) const {
+    return samples_ == 0 || end_ < settings_.statistics.from ? first : time - end_;
+  }
+
   std::int64_t samples() const { return samples_; }
   FlowStatistics result() const;
 

@@ -214,6 +214,16 @@ TEST(Statistics, SamplesAreWeightedByTheirTime) {
   EXPECT_NEAR(s.acceleration[3], 4.0, 1e-13);  // from 1 to 5 within 1
 }
 
+/// Where steps differ in length a sample stands for all of them since the one before.
+TEST(Statistics, ASampleStandsForTheTimeSinceTheOneBefore) {
+  WrittenFlow flow(periodic_box(), MPI_COMM_WORLD);
+  flow.write([](int, const Vec3&) { return 1.0; });
+  EXPECT_EQ(flow.statistics.duration_at(7.0, 0.3), 0.3);
+  flow.sample({}, 0.3);
+  const double last = flow.statistics.result().end;
+  EXPECT_EQ(flow.statistics.duration_at(last + 0.75, 0.3), 0.75);
+}
+
 /// A parabola between two walls: the stress is the straight line from one wall to the other, and
 /// nothing is left that spheres would have to do.
 TEST(Statistics, PoiseuilleFlowHasItsStress) {
