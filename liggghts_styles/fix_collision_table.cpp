@@ -61,6 +61,7 @@ void FixCollisionTable::init() {
     std::fseek(out, 0, SEEK_END);
     if (std::ftell(out) == 0) std::fputs(columns, out);
   });
+  rows_ = keep_rows(INT64_MAX);
 }
 
 template <class Add>
@@ -138,11 +139,13 @@ void FixCollisionTable::setup(int) {
   restarted_ = false;
 }
 
-// Clock, rows of the file. What is finished is written down first, so that a run that goes on from
-// here finds it in the file.
+// Rows of the file, clock, collisions so far, which are more where the run has gone on in another
+// file. What is finished is written down first, so that a run that goes on from here finds it in
+// the file. An earlier version kept clock and collisions alone; a first number below 0 tells.
 void FixCollisionTable::write_restart(std::FILE* file) {
   write();
-  const std::array<double, 2> state{time(), static_cast<double>(count_)};
+  const std::array<double, 3> state{static_cast<double>(-1 - rows_), time(),
+                                    static_cast<double>(count_)};
   const int bytes = sizeof(state);
   if (comm->me != 0) return;
   std::fwrite(&bytes, sizeof(bytes), 1, file);
@@ -150,26 +153,33 @@ void FixCollisionTable::write_restart(std::FILE* file) {
 }
 
 void FixCollisionTable::restart(char* buffer) {
-  std::array<double, 2> state{};
-  std::memcpy(state.data(), buffer, sizeof(state));
-  restart_time_ = state[0];
-  count_ = static_cast<std::int64_t>(state[1]);
+  const auto number = [&buffer] {
+    double value = 0;
+    std::memcpy(&value, buffer, sizeof(value));
+    buffer += sizeof(value);
+    return value;
+  };
+  const double first = number();
+  restart_time_ = first < 0 ? number() : first;
+  count_ = static_cast<std::int64_t>(number());
   restarted_ = true;
   open_.clear();
   finished_.clear();
-  if (comm->me == 0) cut_file(count_);
+  // Off with those that the earlier run wrote after the state that this one starts from.
+  if (comm->me == 0) rows_ = keep_rows(first < 0 ? static_cast<std::int64_t>(-1 - first) : count_);
 }
 
-// Rows that the earlier run wrote after the state that this one starts from.
-void FixCollisionTable::cut_file(std::int64_t rows) const {
+// Leaves the head of the file and at most so many of its whole rows; returns how many there are.
+std::int64_t FixCollisionTable::keep_rows(std::int64_t most) const {
   std::ifstream file(file_, std::ios::binary);
   std::string line;
   std::uint64_t bytes = 0;
-  for (std::int64_t n = 0; n <= rows && std::getline(file, line) && !file.eof(); ++n)
-    bytes += line.size() + 1;
+  std::int64_t rows = -1;  // the head is none
+  for (; rows < most && std::getline(file, line) && !file.eof(); ++rows) bytes += line.size() + 1;
   std::error_code failure;
   if (std::filesystem::file_size(file_, failure) > bytes && !failure)
     std::filesystem::resize_file(file_, bytes, failure);
+  return std::max<std::int64_t>(0, rows);
 }
 
 void FixCollisionTable::finish(const Record& r) {
@@ -203,6 +213,7 @@ void FixCollisionTable::write() {
   count_ += count;
   finished_.clear();
   if (rows.empty()) return;
+  rows_ += static_cast<std::int64_t>(rows.size());
   // By end, then tags: the same order on any number of ranks.
   std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
     return std::tie(a[3], a[0], a[1]) < std::tie(b[3], b[0], b[1]);

@@ -89,7 +89,7 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   double time() const;
   void finish(const Record& record);
   void write();
-  void cut_file(std::int64_t rows) const;
+  std::int64_t keep_rows(std::int64_t most) const;
   template <class Add>
   void add_to_file(const char* mode, Add&& add);
   std::vector<Row> gather_finished() const;
@@ -100,7 +100,8 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   ContactObservers contact_observers_;
   std::map<Key, Record> open_;
   std::vector<Row> finished_;
-  std::int64_t count_ = 0;
+  std::int64_t count_ = 0;  // finished collisions so far
+  std::int64_t rows_ = 0;   // of them in the file; known to the first rank
   // LIGGGHTS' clock begins anew after a restart; ours goes on.
   double clock_offset_ = 0, restart_time_ = 0;
   bool restarted_ = false;
