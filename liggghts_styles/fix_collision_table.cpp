@@ -143,6 +143,7 @@ void FixCollisionTable::setup(int) {
 // file. What is finished is written down first, so that a run that goes on from here finds it in
 // the file. An earlier version kept clock and collisions alone; a first number below 0 tells.
 void FixCollisionTable::write_restart(std::FILE* file) {
+  pre_neighbor();  // the command write_restart hands spheres on and builds no lists
   write();
   const std::array<double, 3> state{static_cast<double>(-1 - rows_), time(),
                                     static_cast<double>(count_)};

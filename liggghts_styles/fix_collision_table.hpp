@@ -45,6 +45,8 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
 
   int setmask() override;
   void init() override;
+  /// At the start of a run LIGGGHTS hands spheres on as well.
+  void setup_pre_neighbor() override { pre_neighbor(); }
   void pre_neighbor() override;
   void end_of_step() override;
   void post_run() override;

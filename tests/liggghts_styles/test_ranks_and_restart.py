@@ -192,6 +192,31 @@ def test_restart_of_a_hardened_contact_is_bit_for_bit(tmp_path):
         assert np.array_equal(getattr(whole, name), getattr(again, name)), name
 
 
+@pytest.mark.parametrize("again", [False, True], ids=["pieces", "restart"])
+def test_a_contact_follows_its_sphere_to_another_rank_at_the_start_of_a_run(tmp_path, again):
+    """Two spheres that are in contact while the one that keeps it crosses the border of the ranks, x = 0, without new
+    lists: the next `run` gives it to the other rank, or write_restart does. There is one row, that of a single rank."""
+    small = (-0.03, 0.03)
+    scene = Scene(
+        [Sphere((-1e-4, 0.0, 0.0), (0.3, 0.0, 0.0)), Sphere((D - 1e-4 + 1e-6, 0.0, 0.0), (0.2, 0.0, 0.0))],
+        box=((-0.1, 0.1), small, small),
+        restitution=0.8,
+        skin=0.02,
+        lines=["fix table all collision/table file table.csv"],
+    )
+    scene.run(tmp_path / "one", 300)
+    ranks = tmp_path / "ranks"
+    pieces = ["run 50", "write_restart state.bin", *([] if again else ["run 50", "run 200"])]
+    scene.run(ranks, pieces, ranks=2)
+    if again:
+        head = scene.head()
+        head[head.index("read_data spheres.data")] = "read_restart state.bin"
+        run_script(ranks, [*head[1:], "run 50", "run 200"], 2)
+    one, found = (read_table(folder / "table.csv") for folder in (tmp_path / "one", ranks))
+    for column, values in one.items():
+        assert found[column] == pytest.approx(values, rel=1e-9, abs=1e-15), column
+
+
 def test_a_run_that_goes_on_twice_has_each_row_once(tmp_path):
     """Restarted into a new table, written down there, and taken up again at that place, as after a crash: rows
     behind it go, though the table holds only a part of all collisions so far."""
