@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "fix_mesh_surface.h"
 #include "fix_wall_gran.h"
@@ -100,10 +102,13 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
                    inverse_mass});
   }
 
-  /// The same on all ranks: place of the wall's (or mesh's) fix in the script, from 1.
+  /// The same on all ranks, in each run and behind a restart, whatever other fixes come and go: FNV
+  /// hash of the name of the wall's (or mesh's) fix, from 1.
   int wall_number(const Close& s) const {
     const char* id = s.fix_mesh != nullptr ? s.fix_mesh->id : wall_ != nullptr ? wall_->id : "";
-    return 1 + lmp_->modify->find_fix(id);
+    std::uint32_t hash = 2166136261u;
+    for (; *id != '\0'; ++id) hash = (hash ^ static_cast<unsigned char>(*id)) * 16777619u;
+    return 1 + static_cast<int>(hash >> 2);
   }
 
   LAMMPS_NS::LAMMPS* lmp_;

@@ -217,6 +217,23 @@ def test_a_contact_follows_its_sphere_to_another_rank_at_the_start_of_a_run(tmp_
         assert found[column] == pytest.approx(values, rel=1e-9, abs=1e-15), column
 
 
+def test_a_contact_with_a_wall_outlives_other_fixes(tmp_path):
+    """A fix that stands before the wall's goes between two runs: the contact has one row all the same."""
+    contact = CONTACTS["actm"]
+    scene = Scene(
+        [Sphere((0.0, D / 2 + 1e-6, 0.0), (0.0, -0.1, 0.0))],
+        lines=[
+            "fix nothing all property/global nothing scalar 1",
+            f"fix floor all wall/gran {contact} primitive type 1 yplane 0.0",
+            "fix table all collision/table file table.csv",
+        ],
+    )
+    end = scene.run(tmp_path, ["run 50", "unfix nothing", "run 250"])
+    table = read_table(tmp_path / "table.csv")
+    assert list(table["tag_j"]) == [-1]
+    assert table["impulse_normal"] == pytest.approx(scene.spheres[0].mass * (0.1 + end.v[0, 1]), rel=1e-9)
+
+
 def test_a_run_that_goes_on_twice_has_each_row_once(tmp_path):
     """Restarted into a new table, written down there, and taken up again at that place, as after a crash: rows
     behind it go, though the table holds only a part of all collisions so far."""
