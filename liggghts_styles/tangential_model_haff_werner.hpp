@@ -96,6 +96,7 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
                   stick_after_};
     if (sticks()) bedload::tell_scale(lmp, stick_age_, fluid_step_);
     viscosity_ = bedload::find_viscosity(lmp);
+    kept_for_dt_ = 0;  // the script may have changed the viscosity since the run before
     mobility_ = bedload::Mobility(lmp);
   }
 

@@ -97,6 +97,10 @@ def test_friction_keeps_up_with_viscosity(tmp_path):
     assert viscous == pytest.approx(spin(1e-3, thin, "given"), rel=2e-4)  # 7e-5: not the same collision
     assert spin(0, thin, "thin") == spin(2e-3, thin, "step")
     assert spin(0.2, viscosity, "slow") != pytest.approx(viscous, rel=0.01)
+    # A script that changes the viscosity between two runs of the same steps.
+    thick = [f"fix m4 all property/global fluidViscosity scalar {viscosity}", "run 39"]
+    later = scene(0, thin).run(tmp_path / "later", ["run 1", "unfix m4", *thick]).spin[0, 2]
+    assert later == pytest.approx(viscous, rel=5e-3)  # thin: 12 % more
     # zeta/(zeta + M_t/T) = 0.8 with T = 0.2.
     slow = told(0.2, viscosity)
     assert "is slow to stop what the fluid's viscosity drives: 80 % of such a slip" in slow
