@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <string>
 
-#include "fix_gravity.h"
 #include "fix_property_global.h"
 #include "lammps.h"
 #include "liggghts_styles/keywords.hpp"
@@ -68,14 +66,6 @@ FluidValue find_viscosity(LAMMPS_NS::LAMMPS* lmp) {
 double find_fluid_density(LAMMPS_NS::LAMMPS* lmp) {
   const FluidValue v = FluidValue::find(lmp, "fluid_density", "fluidDensity");
   return v.known() ? v.get() : 0.0;
-}
-
-double find_gravity(LAMMPS_NS::LAMMPS* lmp) {
-  auto* fix = static_cast<LAMMPS_NS::FixGravity*>(lmp->modify->find_fix_style_strict("gravity", 0));
-  if (fix == nullptr) return 0.0;
-  double g[3];
-  fix->get_gravity(g);
-  return std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
 }
 
 }  // namespace bedload

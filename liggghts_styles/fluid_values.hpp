@@ -42,7 +42,4 @@ FluidValue find_viscosity(LAMMPS_NS::LAMMPS* lmp);
 /// Density of the fluid [kg/m³], from the coupling or the property fluidDensity; 0 if unknown.
 double find_fluid_density(LAMMPS_NS::LAMMPS* lmp);
 
-/// Magnitude of the gravitational acceleration of the first fix gravity [m/s²]; 0 without one.
-double find_gravity(LAMMPS_NS::LAMMPS* lmp);
-
 }  // namespace bedload

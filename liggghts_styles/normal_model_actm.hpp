@@ -11,6 +11,7 @@
 #include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/formulas/actm.hpp"
 #include "liggghts_styles/formulas/collision_in_fluid.hpp"
+#include "liggghts_styles/gravity_fixes.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/material_values.hpp"
@@ -262,7 +263,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
   /// contacts and by those that settle, which after a restart may come first.
   void find_out_gravity() {
     if (gravity_known_) return;
-    gravity_ = bedload::find_gravity(lmp);
+    gravity_ = bedload::GravityFixes(lmp);
     fluid_density_ = bedload::find_fluid_density(lmp);
     gravity_known_ = true;
   }
@@ -372,10 +373,11 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
 
   struct Partner {
     double mass, radius, density;
+    int groups;  ///< atom->mask
   };
 
   double submerged_gravity(const Partner& p) const {
-    return gravity_ * std::abs(1 - fluid_density_ / p.density);
+    return gravity_.size_on(p.groups) * std::abs(1 - fluid_density_ / p.density);
   }
 
   Partner heavier_partner(const SurfacesIntersectData& s) const {
@@ -383,7 +385,8 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
                        (!mobility_.held(atom->mask[s.i]) && s.mi >= s.mj);
     const double mass = first ? s.mi : s.mj;
     const double radius = first ? s.radi : s.radj;
-    return {mass, radius, mass / (4.0 / 3.0 * std::numbers::pi * radius * radius * radius)};
+    return {mass, radius, mass / (4.0 / 3.0 * std::numbers::pi * radius * radius * radius),
+            atom->mask[first ? s.i : s.j]};
   }
 
   /// Reduced mass, with held partners infinitely heavy; 0 if both are held.
@@ -417,7 +420,8 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
   bedload::FluidValue fluid_step_, viscosity_;
   bedload::Mobility mobility_;
   bool gravity_known_ = false;
-  double gravity_ = 0, fluid_density_ = 0;
+  bedload::GravityFixes gravity_;
+  double fluid_density_ = 0;
 };
 
 }  // namespace LIGGGHTS::ContactModels

@@ -7,6 +7,7 @@
 
 #include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/formulas/rpm.hpp"
+#include "liggghts_styles/gravity_fixes.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/mobility.hpp"
@@ -142,7 +143,7 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
   /// Default strength: two equal spheres that meet at sqrt(g D) part after collisionSteps fluid
   /// steps.
   void settle_strength() {
-    gravity_ = bedload::find_gravity(lmp);
+    gravity_ = bedload::GravityFixes(lmp).largest();
     strength_ = strength_setting_;
     if (strength_ == 0 && gravity_ > 0) {
       strength_ =

@@ -99,9 +99,13 @@ def test_values_of_a_contact_in_dump_local(tmp_path):
 WEIGHT = ["group some type 1", "group none subtract all some", "fix weight none gravity 9.81 vector 0 -1 0"]
 
 
-def test_force_of_rpm(tmp_path):
+@pytest.mark.parametrize("fixes", [1, 2])
+def test_force_of_rpm(tmp_path, fixes):
     """F = ε m_p g ((S - ζ)/S)² at a gap of S/4, on both partners: m_p is the sphere's mass at a wall and at
-    a held sphere, and twice the reduced mass of two that move, of whatever sizes."""
+    a held sphere, and twice the reduced mass of two that move, of whatever sizes; g is what all fixes gravity come
+    to."""
+    weight = WEIGHT if fixes == 1 else [*WEIGHT[:2], "fix part none gravity 4 vector 0 -1 0",
+                                        "fix rest none gravity 5.81 vector 0 -1 0"]  # fmt: skip
     reach, strength, gap = 4e-4, 7.0, 1e-4
     small = 0.6 * D
     spheres = [
@@ -113,7 +117,7 @@ def test_force_of_rpm(tmp_path):
     wall = f"fix floor all wall/gran model rpm primitive type 1 yplane 0.0 {settings}"
     scene = Scene(
         spheres, contact="model rpm", settings=settings,
-        lines=[wall, *WEIGHT, "group held id 3", "fix hold held freeze", "group free subtract all held"],
+        lines=[wall, *weight, "group held id 3", "fix hold held freeze", "group free subtract all held"],
         integrate="fix integrate free nve/sphere",
     )  # fmt: skip
     force = scene.run(tmp_path, 0).f

@@ -83,6 +83,27 @@ def test_resting_overlap_is_what_weight_asks_for(tmp_path, fluid):
     assert D / 2 - end.x[0, 1] == pytest.approx(expected, rel=0.05)
 
 
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["fix a all gravity 4.0 vector 0 -1 0", f"fix b all gravity {G - 4} vector 0 -1 0"],
+        ["group some type 1", "group none subtract all some", "fix a none gravity 500 vector 0 -1 0",
+         f"fix b all gravity {G} vector 0 -1 0"],
+    ],
+    ids=["two for all", "one for others"],
+)  # fmt: skip
+def test_weight_is_what_all_fixes_gravity_come_to(tmp_path, lines):
+    """Whatever their number, order and groups. The first one alone would give 1.8 times the overlap, or 0.07 of it."""
+    scene = Scene(
+        [Sphere((0.0, D / 2 + 1e-6, 0.0), velocity=(0, -1e-4, 0), diameter=D)],
+        contact="model actm",
+        restitution=0.5,
+        lines=[*lines, "fix floor all wall/gran model actm primitive type 1 yplane 0.0"],
+    )
+    end = scene.run(tmp_path, 100000)
+    assert D / 2 - end.x[0, 1] == pytest.approx(RESTING_OVERLAP * D / 2, rel=0.05)
+
+
 def heap(restitution, tangential="history", layers=8, width=8, settings=""):
     """Grains (500, or as many as the layers hold) in a loose lattice above a floor, between walls.
 
