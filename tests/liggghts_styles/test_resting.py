@@ -104,6 +104,32 @@ def test_weight_is_what_all_fixes_gravity_come_to(tmp_path, lines):
     assert D / 2 - end.x[0, 1] == pytest.approx(RESTING_OVERLAP * D / 2, rel=0.05)
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_resting_overlap_of_unequal_spheres(tmp_path, first):
+    """A sphere on top of a smaller, held, denser one: its own weight presses in by restingOverlap of the smaller radius.
+    The larger one would give 2.5 times that, the weight of the held one 3.9 times."""
+    small = 0.4 * D
+    top = Sphere((0.0, (D + small) / 2 + 1e-6, 0.0), velocity=(0, -1e-4, 0), diameter=D)
+    spheres = [top, Sphere((0.0, 0.0, 0.0), diameter=small, density=5000.0)]
+    if first == 1:
+        spheres.reverse()
+    scene = Scene(
+        spheres,
+        contact="model actm",
+        restitution=0.5,
+        lines=[
+            f"group held id {2 - first}",
+            "group free subtract all held",
+            "fix hold held freeze",
+            f"fix weight all gravity {G} vector 0 -1 0",
+            "fix upright free setforce 0.0 NULL 0.0",
+        ],
+        integrate="fix integrate free nve/sphere",
+    )
+    end = scene.run(tmp_path, 100000)
+    assert (D + small) / 2 - end.x[first, 1] == pytest.approx(RESTING_OVERLAP * small / 2, rel=0.05)
+
+
 def heap(restitution, tangential="history", layers=8, width=8, settings=""):
     """Grains (500, or as many as the layers hold) in a loose lattice above a floor, between walls.
 

@@ -125,6 +125,23 @@ def test_slow_impacts_by_rule(tmp_path, rule, stokes, impact_stokes):
     assert lasted(row) == pytest.approx(expected, rel=5e-3)
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_slow_impacts_are_judged_by_the_heavier_sphere(tmp_path, first):
+    """Whichever is the first: T = T_c (u_crit/u)^(1/5) with its density and diameter; the lighter one's u_crit is 2.8 times
+    as high, which would draw the impact out 1.23 times as long."""
+    heavy, light = dict(diameter=D, density=2500.0), dict(diameter=0.6 * D, density=1500.0)
+    u_crit = 9 * 5 * MU / (heavy["density"] * heavy["diameter"])
+    u = u_crit / 6
+    spheres = [Sphere((0, 0, 0), (u, 0, 0), **heavy), Sphere((0.8 * D + 1e-9, 0, 0), **light)]
+    if first == 1:
+        spheres.reverse()
+    properties = [f"fix m4 all property/global fluidViscosity scalar {MU}"]
+    scene = Scene(spheres, restitution=1.0, settings=f"collisionTime {T_C}", properties=properties, lines=[TABLE])
+    scene.run(tmp_path, int(4 * T_C / scene.dt))
+    row = {name: values[0] for name, values in read_table(tmp_path / "table.csv").items()}
+    assert lasted(row) == pytest.approx(T_C * 6**0.2, rel=5e-3)
+
+
 @pytest.mark.parametrize("rule", ["plain", "kempe_froehlich", "biegert"])
 def test_only_one_rule_stiffens_under_the_weight(tmp_path, rule):
     """A slow sphere on a floor: it presses in by 0.001 R with biegert, else as its impact was."""
