@@ -7,8 +7,10 @@
 #include "atom.h"
 #include "coupling/bedload_dem/over_ranks.hpp"
 #include "domain.h"
+#include "fix.h"
 #include "fluid/kernels/fnv.hpp"
 #include "lammps.h"
+#include "modify.h"
 
 namespace bedload {
 
@@ -47,6 +49,12 @@ double CoupledSpheres::largest_radius() const {
   double largest = 0.0;
   for (int i = 0; i < atom.nlocal; ++i)
     if (contains(atom.mask[i])) largest = std::max(largest, atom.radius[i]);
+  // As LIGGGHTS itself finds out how far neighbours may be.
+  for (int n = 0; n < lmp_->modify->nfix; ++n) {
+    LAMMPS_NS::Fix& fix = *lmp_->modify->fix[n];
+    if (!fix.use_rad_for_cut_neigh_and_ghost()) continue;
+    for (int type = 1; type <= atom.ntypes; ++type) largest = std::max(largest, fix.max_rad(type));
+  }
   return reduced(largest, MPI_DOUBLE, MPI_MAX, lmp_->world);
 }
 

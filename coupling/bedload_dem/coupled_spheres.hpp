@@ -34,7 +34,7 @@ class CoupledSpheres {
   /// A number that differs when the fixed spheres do (number, place, speed, size); the same on any
   /// ranks and in any order. Collective.
   std::uint64_t fingerprint_of_fixed() const;
-  /// Of all spheres in the fluid [L]. Collective.
+  /// Of all spheres in the fluid, and of those that fixes may insert [L]. Collective.
   double largest_radius() const;
 
  private:

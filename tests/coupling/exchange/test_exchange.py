@@ -54,6 +54,31 @@ def test_spheres_follow_their_loads(tmp_path, ranks, z_parts):
     assert np.ptp(path[:, :, 2], axis=0).min() > 3.9, "each sphere should pass through the x face"
 
 
+RAIN = """timestep 1e-3
+region drop block 0.5 3.5 0.6 1.4 1.6 2.6 units box
+fix one all particletemplate/sphere 15485863 atom_type 1 density constant 2000 radius constant 0.35
+fix mix all particledistribution/discrete 32452867 1 one 1.0
+fix rain grains insert/pack seed 32452843 distributiontemplate mix insert_every once overlapcheck yes all_in no &
+    vel constant 0 0 -2.0 region drop ntry_mc 100000 particles_in_region 4
+fix             fluid"""
+
+
+def test_spheres_that_are_inserted_may_be_near_any_block(tmp_path):
+    """None at the start. Blocks end at z = 1.2, 2.4 and 3.6, LIGGGHTS' parts at 1.6 and 3.2: spheres of radius 0.35 that
+    come down to 1.67 concern the first block, from which their rank's part is 0.4 away and the skin 0.1 wide."""
+    text = (SCENES / "free_flight.liggghts").read_text()
+    for old, new in {"processors      * 1 1": "processors      1 1 *", "block 0 4 0 2 0 2 ": "block 0 4 0 2 0 4.8 ",
+                     "fix             fluid": RAIN}.items():  # fmt: skip
+        assert old in text
+        text = text.replace(old, new)
+    kept = [line for line in text.splitlines() if not line.startswith(("create_atoms", "set ", "velocity"))]
+    (tmp_path / "rain.liggghts").write_text("\n".join(kept) + "\n")
+    result = job(tmp_path, tmp_path / "rain.liggghts", "--length", "4", "2", "4.8", "--z-parts", "4",
+                 "--steps", "60", "--out", "path.csv", ranks=(4, 3))  # fmt: skip
+    assert result.number("misrouted") == 0 and result.number("residual") < 1e-13
+    assert trajectories(tmp_path / "path.csv")[:, 4].min() < 1.6
+
+
 def test_collisions_are_the_same_on_all_ranks(tmp_path):
     paths = {}
     for ranks in LAYOUTS:
