@@ -26,6 +26,9 @@ class Mobility {
   /// @param mask the particle's group mask (atom->mask)
   bool held(int mask) const { return (mask & integrated_) == 0 || (mask & held_) != 0; }
 
+  /// Whether a fix moves it by the forces that it finds on it, none perhaps.
+  bool integrated(int mask) const { return (mask & integrated_) != 0; }
+
   /// Whether no fix moves, freezes or holds it.
   bool left_alone(int mask) const { return (mask & (integrated_ | held_)) == 0; }
 

@@ -166,6 +166,7 @@ void FixCoupleFluid::check_before_run() const {
   constexpr double deepest = 1.0;  // in radii; from deepest_in_walls on the fluid refuses it
   checks_.check_scene();
   checks_.check_integrated();
+  checks_.check_order(modify->find_fix(id));
   checks_.check_motion(dt_fluid_, deepest);  // the script may have moved them
   checks_.check_tags([this](int i) { return told_tag(i); });
   checks_.check_fixed();

@@ -54,6 +54,24 @@ void SceneChecks::check_integrated() const {
                              .c_str());
 }
 
+void SceneChecks::check_order(int place) const {
+  const LAMMPS_NS::Atom& atom = *lmp_->atom;
+  const Mobility mobility(lmp_);
+  for (int n = 0; n < place; ++n) {
+    const LAMMPS_NS::Fix& fix = *lmp_->modify->fix[n];
+    if (std::string_view(fix.style) != "freeze" && !projects_forces(fix.style)) continue;
+    const auto let_go = lowest_tag(*lmp_, [&](int i) {
+      const int mask = atom.mask[i];
+      return spheres_.is_mobile(mask) && (mask & fix.groupbit) != 0 && mobility.integrated(mask);
+    });
+    if (let_go)
+      stop_run(lmp_, fmt::format("fix couple/fluid: fix {} (id {}) stands before it and would not "
+                                 "hold atom {} against the fluid's force; put it behind, or take "
+                                 "the sphere into the group behind 'fixed'",
+                                 fix.style, fix.id, *let_go));
+  }
+}
+
 // In each step of LIGGGHTS for each sphere: words are made for one that breaks a rule only.
 void SceneChecks::check_motion(double fluid_time_step, double deepest) const {
   const LAMMPS_NS::Atom& atom = *lmp_->atom;

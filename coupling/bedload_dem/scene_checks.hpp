@@ -27,6 +27,10 @@ class SceneChecks {
   void check_scene() const;
   /// A mobile sphere has a speed but no fix moves it; warns where it has none.
   void check_integrated() const;
+  /// A fix that holds mobile spheres, or keeps them in a plane or line, acts before the fluid's
+  /// loads come, which would move them all the same.
+  /// @param place of fix couple/fluid among the fixes
+  void check_order(int place) const;
   /// A mobile sphere has left the box, is too deep in a wall or moves by more than its radius in a
   /// step, or box or time step are no more those that the fluid computes with. Ends the job, on
   /// the rank that sees it.

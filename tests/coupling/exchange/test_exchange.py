@@ -272,6 +272,7 @@ def between(change):
         (FIX, FIX + "s", "'beds'"),
         (FIX, FIX.replace("fixed", "fixt"), "'fixt'"),
         ("hold bed freeze", "hold bed nve/sphere", "is moved by an integrating fix"),
+        (FIX, f"fix still grains freeze\n{FIX}", "stands before it and would not hold atom 5 against the fluid's force"),
         ("\ncoupled_run", between("unfix hold\nfix more bed nve/sphere"), "is moved by an integrating fix"),
         ("\ncoupled_run", between("group one id 1\ndelete_atoms group one compress no"), NO_MORE),
         ("\ncoupled_run", between("group bed id 5"), NO_MORE),
