@@ -23,9 +23,13 @@ def run_script(folder, *changes, options=("--steps", "5"), ranks=(1, 1)):
 
 @pytest.mark.parametrize("exchange", ["stage", "step"])
 def test_thermo_shows_the_mean_of_the_step(tmp_path, exchange):
-    """f_fluid[1..6] against the means in spheres.h5; f_fluid[7..12] is the last stage's, another number."""
-    words = " ".join(f"${{f{n}}}" for n in range(1, 13))
-    variables = "\n".join(f"variable f{n} equal f_fluid[{n}]" for n in range(1, 13))
+    """f_fluid[1..6] against the means in spheres.h5; f_fluid[7..12] is the last stage's, another number: the sum of
+    what each sphere has."""
+    words = " ".join(f"${{f{n}}}" for n in range(1, 19))
+    held = " ".join(f"f_couple_{name}[{n}]" for name in ("force", "torque") for n in (1, 2, 3))
+    variables = "\n".join([f"compute held all reduce sum {held}"]
+                          + [f"variable f{n} equal f_fluid[{n}]" for n in range(1, 13)]
+                          + [f"variable f{n + 12} equal c_held[{n}]" for n in range(1, 7)])
     lines = f'{variables}\nfix loads all print 15 "{words}" file ${{out}}/loads.txt screen no title "loads"\n'
     result = run_script(tmp_path, ("thermo ", lines + "thermo "), ranks=(1, 2),
                         options=("--steps", "5", "--set", f"coupling.exchange={exchange}",
@@ -38,6 +42,8 @@ def test_thermo_shows_the_mean_of_the_step(tmp_path, exchange):
         now = spheres["mobile/step"] == step
         wanted = np.concatenate([spheres[f"mobile/{name}"][now].sum(axis=0) for name in ("force", "torque")])
         np.testing.assert_allclose(shown[n, :6], wanted, rtol=1e-5, atol=1e-6)  # printed with 6 digits
+        np.testing.assert_allclose(shown[n, 6:12], shown[n, 12:], rtol=1e-5, atol=1e-6)
+        assert np.abs(shown[n, 6:9]).max() > 1e-3 and np.abs(shown[n, 9:12]).max() > 1e-4
         stage = np.abs(shown[n, 6:9] - wanted[:3]).max() / np.abs(wanted[:3]).max()
         assert bool(stage > 1e-3) is (exchange == "stage")
 
