@@ -320,8 +320,8 @@ def film(runner: Runner) -> Result:
             what = f"two spheres {name}, gap {gap} h, D/h = {n}: resolved ({found:.2f}) and added ({added:.2f}) force"
             result.rows.append(Row(what, found + added, exact, 0.05, source="Brenner 1961"))
         result.curves.append(Curve(f"missing of two, {name}, D/h = {n}", gaps[:-1], shares, points=True))
-    # In a stretched collision, in which the fluid sees the spheres where they only touch: of the force all is the film's
-    # but what hardly changes with the gap, the difference of Brenner's to the leading term a tenth of a cell apart.
+    # In a stretched collision, in which the fluid sees the spheres where they only touch: of the force all is the
+    # film's but what hardly changes with the gap, the difference of Brenner's to the leading term a tenth of a cell apart.
     for n in (8, 12):
         rest = _brenner(0.2 / n) - 5.0 * n
         result.rows.append(Row(f"wall, at the touch, D/h = {n}: film that the grid resolves, times h",

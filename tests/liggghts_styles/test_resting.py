@@ -106,8 +106,8 @@ def test_weight_is_what_all_fixes_gravity_come_to(tmp_path, lines):
 
 @pytest.mark.parametrize("first", [0, 1])
 def test_resting_overlap_of_unequal_spheres(tmp_path, first):
-    """A sphere on top of a smaller, held, denser one: its own weight presses in by restingOverlap of the smaller radius.
-    The larger one would give 2.5 times that, the weight of the held one 3.9 times."""
+    """A sphere on top of a smaller, held, denser one: its own weight presses in by restingOverlap of the smaller
+    radius. The larger one would give 2.5 times that, the weight of the held one 3.9 times."""
     small = 0.4 * D
     top = Sphere((0.0, (D + small) / 2 + 1e-6, 0.0), velocity=(0, -1e-4, 0), diameter=D)
     spheres = [top, Sphere((0.0, 0.0, 0.0), diameter=small, density=5000.0)]

@@ -127,8 +127,8 @@ def test_slow_impacts_by_rule(tmp_path, rule, stokes, impact_stokes):
 
 @pytest.mark.parametrize("first", [0, 1])
 def test_slow_impacts_are_judged_by_the_heavier_sphere(tmp_path, first):
-    """Whichever is the first: T = T_c (u_crit/u)^(1/5) with its density and diameter; the lighter one's u_crit is 2.8 times
-    as high, which would draw the impact out 1.23 times as long."""
+    """Whichever is the first: T = T_c (u_crit/u)^(1/5) with its density and diameter; the lighter one's u_crit is 2.8
+    times as high, which would draw the impact out 1.23 times as long."""
     heavy, light = dict(diameter=D, density=2500.0), dict(diameter=0.6 * D, density=1500.0)
     u_crit = 9 * 5 * MU / (heavy["density"] * heavy["diameter"])
     u = u_crit / 6
