@@ -321,7 +321,7 @@ def film(runner: Runner) -> Result:
             result.rows.append(Row(what, found + added, exact, 0.05, source="Brenner 1961"))
         result.curves.append(Curve(f"missing of two, {name}, D/h = {n}", gaps[:-1], shares, points=True))
     # In a stretched collision, in which the fluid sees the spheres where they only touch: of the force all is the
-    # film's but what hardly changes with the gap, the difference of Brenner's to the leading term a tenth of a cell apart.
+    # film's but what hardly changes with the gap, the difference of Brenner's to the leading term at h/10.
     for n in (8, 12):
         rest = _brenner(0.2 / n) - 5.0 * n
         result.rows.append(Row(f"wall, at the touch, D/h = {n}: film that the grid resolves, times h",
