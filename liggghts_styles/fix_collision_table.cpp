@@ -12,6 +12,7 @@
 #include <fstream>
 #include <span>
 
+#include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/hand_on.hpp"
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/owned_atom.hpp"
@@ -54,9 +55,10 @@ void FixCollisionTable::init() {
     started_ = true;
     return;
   }
-  // A run from its beginning starts a new table, a restarted one goes on with what is there.
+  // A run from its beginning starts a new table, a restarted one goes on with what is there: beside
+  // a fluid its clock is not set yet where a command between two coupled runs initialises LIGGGHTS.
   started_ = true;
-  const bool fresh = update->ntimestep == 0;
+  const bool fresh = update->ntimestep == 0 && !FluidValue::find(lmp, "goes_on", "").known();
   add_to_file(fresh ? "w" : "a", [](std::FILE* out) {
     std::fseek(out, 0, SEEK_END);
     if (std::ftell(out) == 0) std::fputs(columns, out);

@@ -155,6 +155,7 @@ void* FixCoupleFluid::extract(const char* name, int& dim) {
   if (wanted == "fluid_density") return &fluid_density_;
   if (wanted == "cell_size") return &cell_size_;
   if (wanted == "loads_received") return &loads_received_;
+  if (wanted == "goes_on" && side_->restart_step() >= 0) return &dt_fluid_;
   return nullptr;
 }
 

@@ -51,7 +51,8 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   double compute_vector(int n) override;
 
   /// For contact models: pointers to doubles that stay valid as long as the fix lives. "dt_fluid"
-  /// [T], "viscosity" (dynamic) [M/(L T)], "fluid_density" [M/L^3], "cell_size" [L].
+  /// [T], "viscosity" (dynamic) [M/(L T)], "fluid_density" [M/L^3], "cell_size" [L]; "goes_on": not
+  /// null where the run goes on from a checkpoint.
   void* extract(const char* name, int& dim) override;
 
   // What coupled_run calls. Collective.

@@ -1,4 +1,4 @@
-"""Dumps of LIGGGHTS when a run goes on from a checkpoint: what their files hold stays."""
+"""Dumps of LIGGGHTS and the table of collisions when a run goes on from a checkpoint: what their files hold stays."""
 
 import pytest
 
@@ -52,3 +52,23 @@ def test_they_are_added_to(begun):
     assert steps_in(out / "one.txt") == [0, 15, 30, 45, 60, 60, 75]
     for step in (0, 15, 30, 45, 60, 75):
         assert steps_in(out / f"each_{step}.txt") == [step]
+
+
+def test_the_table_of_collisions_keeps_its_rows(tmp_path):
+    """Also where a command between two coupled runs, of which the first is over, initialises LIGGGHTS before its clock is
+    set: a grain just above the bed has met it, in a collision of one step, before the checkpoint behind step 8."""
+    text = SCRIPTS["two runs"].replace("steps 2", "steps 6").replace(DUMPS, "")
+    for old, new in {"create_atoms    2 single 1.95 1.75 1.1": "create_atoms 2 single 1.95 1.35 1.1",
+                     "set 0.7 -0.6 0.05": "set 0.0 -2.0 0.0",
+                     "tangential haff_werner\npair_coeff": "tangential haff_werner collisionSteps 1\npair_coeff"}.items():
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / "in.liggghts").write_text(text)
+    out = tmp_path / "out"
+    result = job(out, "--steps", "8", "--set", "checkpoint.every=0.16", script=tmp_path / "in.liggghts")
+    assert result.status == 0, result.output
+    rows = (out / "collisions.csv").read_text()
+    assert rows.count("\n") > 1
+    result = job(out, "--steps", "1", restart=out, script=tmp_path / "in.liggghts")
+    assert result.status == 0, result.output
+    assert (out / "collisions.csv").read_text().startswith(rows)
