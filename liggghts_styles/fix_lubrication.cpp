@@ -427,7 +427,6 @@ void FixLubrication::pre_final_integrate() {
   if (tangential_on_) apply_tangential();
   solve_alone();
   solve_together();
-  stale_ = films_somewhere_;
   apply(films_);
 }
 
