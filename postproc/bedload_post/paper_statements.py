@@ -117,9 +117,12 @@ def _with_interval(v: dict, name: str, digits: int = 3) -> str:
 
 
 def _half(v: dict, name: str, assumed: float) -> tuple[float, str]:
-    """Half width of an interval; where the record has kept none what is `assumed`, with a remark that says so."""
-    half = v.get(f"{name}_interval")
-    return (assumed, f" (its interval was not kept: ± {assumed:.2g} assumed)") if half is None else (half, "")
+    """Half width of an interval, with a remark where it has none: nan where too little happened for one (kept as
+    None), what is `assumed` where an older record has kept none at all."""
+    if f"{name}_interval" not in v:
+        return assumed, f" (its interval was not kept: ± {assumed:.2g} assumed)"
+    half = v[f"{name}_interval"]
+    return (math.nan, " (too little happened for an interval)") if half is None else (half, "")
 
 
 def velocities(runs: Runs) -> list[Verdict]:
