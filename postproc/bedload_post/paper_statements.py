@@ -160,17 +160,12 @@ def slowing(runs: Runs) -> list[Verdict]:
     found = []
     for plain, rough in _pairs(runs):
         paper = 1.0 - TABLE_2[rough] / TABLE_2[plain]
-        a, b = runs[plain], runs[rough]
-        here = 1.0 - b["mean_velocity"] / a["mean_velocity"]
-        # Of the ratio: relative intervals add in squares.
-        half = (1.0 - here) * math.hypot(
-            a["mean_velocity_interval"] / a["mean_velocity"],
-            b["mean_velocity_interval"] / b["mean_velocity"],
-        )
+        change, half = relative_change(runs[plain], runs[rough], "mean_velocity")
+        here = 0.0 - change
         found.append(Verdict(
             "Table 2", "", f"friction slows {_name(plain)} by {100 * paper:.0f} %",
             told(here, half, paper),
-            f"by {100 * here:.0f} ± {100 * half:.0f} %",
+            f"by {100 * here:.0f} ± {100 * half:.0f} %" if math.isfinite(here) else "without friction nothing moves",
         ))  # fmt: skip
     return found
 
@@ -232,7 +227,7 @@ def riding(setup: int, runs: Runs) -> list[Verdict]:
     rpm, actm = runs["rpm"], runs["actm"]
     paper = RANGE[setup]
     answer, text = None, "the record has kept no height of the lowest grains"
-    if all(v.get("low_height") is not None for v in (rpm, actm)):
+    if all(v.get(f"low_height{word}") is not None for v in (rpm, actm) for word in ("", "_interval")):
         gap = rpm["low_height"] - actm["low_height"]
         half = math.hypot(rpm["low_height_interval"], actm["low_height_interval"])
         # About: by a factor of two either way.

@@ -82,6 +82,14 @@ def test_friction_slows_by_its_share(slow, half, expected):
     assert answers(2, values, "Table 2", "friction slows actm by 23 %") == [expected]
 
 
+def test_grains_that_do_not_move_are_not_slowed():
+    """Held, or below their threshold: nothing to compare with, and no negative interval where one goes upstream."""
+    still = four(**{m: {"mean_velocity": 0.0, "mean_velocity_interval": 0.0} for m in paper_statements.TABLE_2})
+    assert answers(2, still, "Table 2", "friction slows") == [None, None]
+    back = four(actm_hw={"mean_velocity": -0.001, "mean_velocity_interval": 0.2})
+    assert answers(2, back, "Table 2", "friction slows actm") == [None]
+
+
 @pytest.mark.parametrize(
     "spread, half, expected",
     [(0.15, 0.002, True), (0.16, 0.001, True), (0.16, 0.01, None), (0.19, 0.002, False), (0.11, 0.002, False)],
@@ -108,6 +116,7 @@ def test_rpm_rides_two_cells_of_the_paper_above_the_bed(height, half, expected):
     values = four(rpm={"low_height": height, "low_height_interval": half}, actm={"low_height_interval": 0.0})
     assert answers(2, values, "ride", "about 2h") == [expected]
     assert answers(2, four(rpm={"low_height": None}), "ride", "about 2h") == [None]
+    assert answers(2, four(actm={"low_height_interval": None}), "ride", "about 2h") == [None]  # two samples
     # 2h of Setup I is 0.143 D: 0.071 D to 0.286 D.
     values = [run_numbers("rpm", low_height=1.6), run_numbers("actm", low_height=1.33)]
     assert answers(1, values, "ride", "about 2h") == [True]
