@@ -115,10 +115,12 @@ def record_sentence(setup: int, values: Sequence[dict]) -> str:
         return ""
     times = [v["flow_throughs"] * v["box_length"] for v in known]
     grains = [v["grains"] for v in known]
-    amount = min(t * n for t, n in zip(times, grains, strict=True)) / (PAPER_RECORD * PAPER_GRAINS)
+    amounts = [t * n / (PAPER_RECORD * PAPER_GRAINS) for t, n in zip(times, grains, strict=True)]
+    low, high = f"{min(amounts):.2g}", f"{max(amounts):.2g}"
     return (
         f"Records are {_range(times)} D/u_b long with {_range(grains)} grains, the paper's more than "
-        f"{PAPER_RECORD} D/u_b with {PAPER_GRAINS}: {amount:.2g} times as many grains times time, or less."
+        f"{PAPER_RECORD} D/u_b with {PAPER_GRAINS}: {low if low == high else f'{low} to {high}'} times as many grains "
+        "times time, or less."
     )
 
 

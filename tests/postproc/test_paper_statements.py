@@ -273,7 +273,9 @@ def test_what_contradicts_stands_first():
 def test_records_are_told_beside_the_paper_s():
     """30 flow-throughs of 26 D with 125 grains: 780 D/u_b, an eighth of the paper's grains times time."""
     told = model_sentences.record_sentence(2, [run_numbers("rpm"), run_numbers("actm", flow_throughs=60.0)])
-    assert "780 to 1560 D/u_b long with 125 grains, the paper's more than 1560 D/u_b with 500: 0.12 times" in told
+    assert "780 to 1560 D/u_b long with 125 grains, the paper's more than 1560 D/u_b with 500: 0.12 to 0.25 ti" in told
+    alike = model_sentences.record_sentence(2, [run_numbers("rpm"), run_numbers("actm")])
+    assert "780 D/u_b long with 125 grains" in alike and ": 0.12 times as many grains times time, or less." in alike
     assert model_sentences.record_sentence(1, [run_numbers("rpm")]) == ""
 
 
