@@ -9,6 +9,8 @@ from .batches import batches_of, estimate
 from .flow_statistics import FlowStatistics
 from .outputs import MissingOutput, Run
 
+MOST_BEFORE = 0.1  # of the statistics' time
+
 
 def bed_stress(statistics: FlowStatistics, bed_top: float, clear: float) -> float:
     """tau [M/(L T^2)] at `bed_top`, extrapolated from above `clear`, where no sphere takes part in it.
@@ -48,7 +50,8 @@ def friction_velocity(run: Run, since: float) -> tuple[float, str]:
     """u_tau [L/T] and where it is from: total stress at the bed's top, else the driving force.
 
     In the mean both are the same number: the driving force times the depth is what the bed with its
-    grains takes up. Statistics over less than half of the time from `since` on are not used.
+    grains takes up. Statistics over less than half of the time from `since` on are not used, nor those of which more
+    than MOST_BEFORE is earlier: they hold the start-up.
     """
     bed_top = run.box[1] - run.depth
     density = run.value("fluid.density")
@@ -56,8 +59,9 @@ def friction_velocity(run: Run, since: float) -> tuple[float, str]:
     try:
         statistics = flow_statistics.read(run)
         covered = statistics.end - max(statistics.begin, since)
+        late = covered >= (1.0 - MOST_BEFORE) * (statistics.end - statistics.begin)
         stress = bed_stress(statistics, bed_top, bed_top + 0.4 * run.depth)
-        if stress > 0 and covered >= 0.5 * (history["time"][-1] - since):
+        if stress > 0 and late and covered >= 0.5 * (history["time"][-1] - since):
             return math.sqrt(stress / density), "total stress extrapolated to the bed's top"
     except MissingOutput:
         pass

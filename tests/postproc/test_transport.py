@@ -170,6 +170,8 @@ def test_bed_stress_is_extrapolated_from_the_clear_flow(tmp_path):
     friction, source = bed_friction.friction_velocity(run, 0.0)
     assert friction == pytest.approx(np.sqrt(0.016), rel=1e-12)
     assert "total stress" in source
+    assert "total stress" in bed_friction.friction_velocity(run, 4.0)[1]  # of the statistics' 50, history.csv's 22
+    assert "driving force" in bed_friction.friction_velocity(run, 6.0)[1]  # an eighth of them is the start-up
     with h5py.File(folder / "statistics.h5", "r+") as file:
         file.attrs["end"] = 1.0  # of some twenty: not the record's
     assert "driving force" in bed_friction.friction_velocity(run, 0.0)[1]
