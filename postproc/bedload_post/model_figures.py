@@ -275,8 +275,8 @@ def creeping(cases: Sequence[Case], file: Path) -> bool:
         _pdfs(spin, own, "spin", CREEPING, SPIN_BINS)
         longest = 0.0
         for case in own:
-            length, mean, error = creeping_slip(case.transport.phases, case.run.diameter, SLIP_LENGTHS)
-            slip.errorbar(length, mean, 1.96 * error, **case.line, marker=".", lw=1)
+            length, mean, half = creeping_slip(case.transport.phases, case.run.diameter, SLIP_LENGTHS)
+            slip.errorbar(length, mean, half, **case.line, marker=".", lw=1)
             longest = max(longest, float(length.max(initial=0.0)))
         longest = 1.05 * longest or 1.0
         slip.plot([0, longest], [0, -longest], ":", color="#777777", lw=1)

@@ -352,7 +352,7 @@ def measure(run: Run, since: float = 0.0) -> Transport:
 
 
 def creeping_slip(phases: Phases, diameter: float, edges: np.ndarray) -> tuple[np.ndarray, ...]:
-    """(L/D, mean L_slip/D, its standard error) of complete creeping phases, by their length L."""
+    """(L/D, mean L_slip/D, half width of its 95 % interval) of complete creeping phases, by their length L."""
     rows = phases.complete & (phases.state == CREEPING)
     length, slip = phases.path[rows] / diameter, phases.slip[rows] / diameter
     place = np.digitize(length, edges) - 1
@@ -361,7 +361,7 @@ def creeping_slip(phases: Phases, diameter: float, edges: np.ndarray) -> tuple[n
     return (
         np.array([length[place == b].mean() for b in kept]),
         np.array([bins[b].mean() for b in kept]),
-        np.array([bins[b].std(ddof=1) / np.sqrt(len(bins[b])) for b in kept]),
+        np.array([_half_widths(bins[b][:, None])[0] for b in kept]),
     )
 
 

@@ -190,13 +190,13 @@ def test_distributions_are_over_heights_spins_and_velocities_in_d_and_u_b(run):
     assert x[np.argmax(density)] == pytest.approx(0.5, abs=0.0101)
 
 
-def test_slip_over_the_way_has_its_error(run):
+def test_slip_over_the_way(run):
     phases = transport.measure(run, SINCE).phases
-    length, slip, error = transport.creeping_slip(phases, 2.0, np.array([0.1, 0.5]))
+    length, slip, half = transport.creeping_slip(phases, 2.0, np.array([0.1, 0.5]))
     slips = (0.8 * np.hypot(0.3, 0.5) - 0.6) / 2, -0.4 / 2
     assert length == pytest.approx([0.25], rel=0.02)
     assert slip == pytest.approx([np.mean(slips)], rel=0.02)
-    assert error == pytest.approx([np.std(slips, ddof=1) / np.sqrt(2)], rel=0.1)
+    assert np.isnan(half).all()  # of two phases
     assert sorted(transport.jump_heights(phases, 2.0)) == pytest.approx([0.15, 0.25], abs=1e-3)
 
 

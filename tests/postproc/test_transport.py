@@ -92,10 +92,11 @@ def test_jump_heights_and_slip(measured):
     from test_states import analysed
 
     phases = analysed(story)
-    length, slip, _ = transport.creeping_slip(phases, 1.0, np.array([0.3, 0.6]))
-    # Two roll (0), two slide (-0.5).
+    length, slip, half = transport.creeping_slip(phases, 1.0, np.array([0.3, 0.6]))
+    # Two roll (0), two slide (-0.5): s = 0.28868, t_{0.975, 3} = 3.18245.
     assert length == pytest.approx([0.5], abs=0.01)
     assert slip == pytest.approx([-0.25], abs=0.01)
+    assert half == pytest.approx([3.18245 * 0.28868 / 2], abs=0.02)
 
 
 def test_interval_of_independent_batches_holds_the_mean_in_95_of_100():
