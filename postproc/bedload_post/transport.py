@@ -4,6 +4,7 @@ Velocities are in u_b, lengths in D, angular velocities in u_b/D. All samples co
 grains there are at an instant: runs sample at equal intervals.
 """
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,7 +16,6 @@ from .frames import Frames, frames, known_columns, time_ranges
 from .outputs import MissingOutput, Run
 from .states import CREEPING, JUMPING, NAMES, RESTING, Phases, analyse
 
-HEIGHT_EDGES = np.linspace(1.0, 6.0, 251)  # y/D
 SPIN_EDGES = np.linspace(-3.0, 3.0, 241)  # omega_3 D/u_b
 VELOCITY_EDGES = np.linspace(-0.5, 1.5, 201)  # u_p/u_b
 PARTS = 10  # of the record, each with histograms of its own: their scatter is the interval
@@ -37,11 +37,15 @@ class Transport:
     spin: list[np.ndarray] = field(default_factory=list)
     share: list[np.ndarray] = field(default_factory=list)  # of the grains in each state, (m, 3)
     moving: list[np.ndarray] = field(default_factory=list)  # share of the grains above 0.01 u_b
+    heights: np.ndarray = field(default_factory=lambda: height_edges(6.0))  # edges of the bins in y/D
     # By part of the record: samples, sum of spin, sum of velocity over height; by state otherwise.
-    height_parts: np.ndarray = field(default_factory=lambda: _empty(HEIGHT_EDGES))
-    moving_parts: np.ndarray = field(default_factory=lambda: _empty(HEIGHT_EDGES))  # of grains that do not rest
+    height_parts: np.ndarray = field(init=False)
+    moving_parts: np.ndarray = field(init=False)  # of grains that do not rest
     spin_parts: np.ndarray = field(default_factory=lambda: _empty(SPIN_EDGES))
     velocity_parts: np.ndarray = field(default_factory=lambda: _empty(VELOCITY_EDGES))
+
+    def __post_init__(self) -> None:
+        self.height_parts, self.moving_parts = _empty(self.heights), _empty(self.heights)
 
     @property
     def by_height(self) -> np.ndarray:
@@ -85,13 +89,13 @@ class Transport:
 
     def height_pdf(self) -> tuple[np.ndarray, np.ndarray]:
         """(y/D, probability density) of the grains' centres."""
-        return _density(HEIGHT_EDGES, self.by_height[0])
+        return _density(self.heights, self.by_height[0])
 
     def over_height(self, row: int) -> tuple[np.ndarray, np.ndarray]:
         """(y/D, mean omega_3 (row 1) or mean u_p (row 2)); where at least 50 samples lie."""
         sums = self.by_height
         enough = sums[0] >= FEWEST_SAMPLES
-        return _centres(HEIGHT_EDGES)[enough], sums[row][enough] / sums[0][enough]
+        return _centres(self.heights)[enough], sums[row][enough] / sums[0][enough]
 
     def over_height_interval(self, row: int) -> np.ndarray:
         """Half widths of the 95 % intervals of over_height, from the record's parts; nan where fewer
@@ -111,14 +115,15 @@ class Transport:
             half = _half_widths(sums[:, row] / sums[:, 0])
         kept = (samples >= FEWEST_SAMPLES) & np.isfinite(half)
         mean = sums[:, row].sum(axis=0)[kept] / samples[kept]
-        return Profile(_centres(HEIGHT_EDGES[::COARSE])[kept], mean, half[kept], samples[kept])
+        return Profile(_centres(self.heights[::COARSE])[kept], mean, half[kept], samples[kept])
 
     def low_height(self, share: float = 0.05) -> tuple[float, float]:
         """y/D below which `share` of the samples lies, to a bin of 0.02, and the half width of its interval, no less
         than half a bin."""
-        parts = [_quantile(counts, share) for counts in self.height_parts[:, 0]]
+        y = _centres(self.heights)
+        parts = [_quantile(y, counts, share) for counts in self.height_parts[:, 0]]
         half = float(_half_widths(np.array(parts)[:, None])[0])
-        return _quantile(self.by_height[0], share), max(half, 0.5 * (HEIGHT_EDGES[1] - HEIGHT_EDGES[0]))
+        return _quantile(y, self.by_height[0], share), max(half, 0.5 * (y[1] - y[0]))
 
     def _by_part(self, rows: np.ndarray, *weights: np.ndarray) -> list[np.ndarray]:
         """Sums of `weights` (a value a phase) over the phases `rows` that begin in each part of the record."""
@@ -150,7 +155,7 @@ class Transport:
         `width` bins, from the record's parts."""
         counts = getattr(self, f"{name}_parts")[:, state]
         total = counts.sum(axis=1, keepdims=True)
-        edges = {"height": HEIGHT_EDGES, "spin": SPIN_EDGES, "velocity": VELOCITY_EDGES}[name]
+        edges = {"height": self.heights, "spin": SPIN_EDGES, "velocity": VELOCITY_EDGES}[name]
         with np.errstate(invalid="ignore", divide="ignore"):
             densities = counts / (total * np.diff(edges))
         return _half_widths(np.stack([smooth(d, width) for d in densities]))
@@ -162,7 +167,7 @@ class Transport:
     def spread_of_height(self) -> tuple[float, float]:
         """Standard deviation of y/D and the half width of its interval."""
         counts = self.height_parts[:, 0]
-        y = _centres(HEIGHT_EDGES)
+        y = _centres(self.heights)
         mean = (y * counts.sum(axis=0)).sum() / max(counts.sum(), 1.0)
         square, half = _mean_and_interval((y - mean) ** 2, counts)
         spread = float(np.sqrt(square))
@@ -213,12 +218,18 @@ class Profile:
         return float((weights * self.mean[rows]).sum()), float((weights * self.half[rows]).sum())
 
 
-def _quantile(counts: np.ndarray, share: float) -> float:
-    """Middle of the bin of y/D in which `share` of the samples is reached; nan without samples."""
+def height_edges(top: float) -> np.ndarray:
+    """Edges of bins of 0.02 in y/D from the floor to above `top`, in whole slices of 0.1."""
+    slices = math.ceil(top / 0.1 - 1e-9)
+    return np.linspace(0.0, 0.1 * slices, COARSE * slices + 1)
+
+
+def _quantile(y: np.ndarray, counts: np.ndarray, share: float) -> float:
+    """Middle `y` of the bin in which `share` of the samples is reached; nan without samples."""
     below = np.cumsum(counts)
     if not below[-1]:
         return float("nan")
-    return float(_centres(HEIGHT_EDGES)[np.searchsorted(below, share * below[-1])])
+    return float(y[np.searchsorted(below, share * below[-1])])
 
 
 def _mean_and_interval(values: np.ndarray, counts: np.ndarray) -> tuple[float, float]:
@@ -273,9 +284,10 @@ class _Counter:
     """Adds frames to a Transport."""
 
     def __init__(
-        self, phases: Phases, bulk_velocity: float, diameter: float, record: tuple[float, float]
-    ):
-        self.result = Transport(phases)
+        self, phases: Phases, bulk_velocity: float, diameter: float, record: tuple[float, float],
+        heights: np.ndarray,
+    ):  # fmt: skip
+        self.result = Transport(phases, heights=heights)
         self._first = record[0]
         self._length = max(record[1] - record[0], 1e-300)
         self._velocity, self._diameter = bulk_velocity, diameter
@@ -303,7 +315,7 @@ class _Counter:
         through = (part.time - self._first) / self._length
         of_part = np.clip((PARTS * through).astype(np.intp), 0, PARTS - 1)
         of_part = np.repeat(of_part[:, None], height.shape[1], axis=1)
-        place, inside = _bins(HEIGHT_EDGES, height)
+        place, inside = _bins(r.heights, height)
         place += r.height_parts.shape[2] * of_part[inside].ravel()
         weights = (None, spin[inside].ravel(), velocity[inside].ravel())
         moves = (state != RESTING)[inside].ravel()
@@ -344,7 +356,8 @@ def measure(run: Run, since: float = 0.0) -> Transport:
         run.bulk_velocity, run.diameter,
     )  # fmt: skip
     first, last = min(begin for begin, _ in ranges.values()), max(end for _, end in ranges.values())
-    counter = _Counter(phases, run.bulk_velocity, run.diameter, (first, last))
+    heights = height_edges(run.box[1] / run.diameter)
+    counter = _Counter(phases, run.bulk_velocity, run.diameter, (first, last), heights)
     for part in frames(run.sample_blocks(since=since)):
         counter.add(part)
     counter.result.batches = batches_of((last - first) * run.bulk_velocity / run.box[0])

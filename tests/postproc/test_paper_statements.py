@@ -311,7 +311,7 @@ def test_intervals_of_histograms():
     """Two values, one in the odd parts and one in the even: t_{0.975, 9} s/sqrt(10)."""
     part = transport.Transport(None)
     counts = part.height_parts
-    low, high = 20, 30  # bins of 0.02 D from 1 D: centres 1.41 and 1.61
+    low, high = 70, 80  # bins of 0.02 D: centres 1.41 and 1.61
     counts[0::2, 0, low], counts[1::2, 0, high] = 100, 100
     counts[0::2, 2, low], counts[1::2, 2, high] = 30.0, 50.0
     spread, half = part.spread_of_height()

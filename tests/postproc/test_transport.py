@@ -99,6 +99,20 @@ def test_jump_heights_and_slip(measured):
     assert half == pytest.approx([3.18245 * 0.28868 / 2], abs=0.02)
 
 
+def test_heights_are_those_of_the_whole_box(run, tmp_path):
+    """Grains on the floor, and on a bed of seven diameters: none is left out."""
+    for place, low in ((0.5, 0.51), (7.5, 7.51)):
+        story = Story(position=(1.0, place, 4.0), samples_per_time=100).piece(5.0, contact=True)
+        story.piece(5.0, (1.0, 0, 0), jump_height=0.4).touch(1e-3)
+        found = transport.measure(Run(write_run(tmp_path / f"{place}", even(story))))
+        assert found.by_height[0].sum() == found.samples
+        assert found.low_height()[0] == pytest.approx(low)
+        # Half of the time a parabola: mean 2/3 0.4, mean square 8/15 0.4^2 of it; to half a bin.
+        assert found.spread_of_height()[0] == pytest.approx(np.sqrt(0.5 * 8 / 15 - (1 / 3) ** 2) * 0.4, abs=0.0101)
+        y, velocity = found.over_height(2)
+        assert velocity[y > place + 0.02] == pytest.approx(1.0)
+
+
 def test_interval_of_independent_batches_holds_the_mean_in_95_of_100():
     numbers = np.random.default_rng(3)
     held = 0
