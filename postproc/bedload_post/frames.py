@@ -101,3 +101,25 @@ def known_columns(tag: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.nd
         return np.zeros(0, dtype=int), place[:0]
     columns = np.flatnonzero(known[np.minimum(place, len(known) - 1)] == tag)
     return columns, place[columns]
+
+
+def first_above(values: np.ndarray, begin: np.ndarray, end: np.ndarray, limit: float) -> np.ndarray:
+    """Of ascending pieces begin ... end (n) of `values` where in each the first one above `limit` stands, or its end.
+
+    All pieces are halved at once: a loop over the grains takes longer than all else where there are many.
+    """
+    low, high = begin.copy(), end.copy()
+    while (open_ := low < high).any():
+        middle = (low + high) // 2
+        below = open_ & (values[np.where(open_, middle, 0)] <= limit)
+        low = np.where(below, middle + 1, low)
+        high = np.where(open_ & ~below, middle, high)
+    return low
+
+
+def pieces(begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All rows of the pieces begin ... end (n), one piece after the other, and which piece each row is of."""
+    counts = end - begin
+    column = np.repeat(np.arange(len(begin)), counts)
+    within = np.arange(len(column)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return begin[column] + within, column

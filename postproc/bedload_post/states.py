@@ -28,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .frames import Frames, frames, group, known_columns
+from .frames import Frames, first_above, frames, group, known_columns, pieces
 from .outputs import Collisions, Samples
 
 RESTING, CREEPING, JUMPING = 0, 1, 2
@@ -186,14 +186,7 @@ class Ledger:
     def _edges_until(self, time: float, grains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows of the edges still ahead up to `time`, grain by grain, and whose each one is."""
         begin, end = self._next[grains], self.first[grains + 1]
-        upto = [
-            b + np.searchsorted(self.edges[b:e], time, side="right")
-            for b, e in zip(begin.tolist(), end.tolist(), strict=True)
-        ]
-        counts = np.array(upto, dtype=int) - begin
-        column = np.repeat(np.arange(len(grains)), counts)
-        within = np.arange(len(column)) - np.repeat(np.cumsum(counts) - counts, counts)
-        return begin[column] + within, column
+        return pieces(begin, first_above(self.edges, begin, end, time))
 
     def _raise_tops(self, time, y, rows, column, grains) -> None:
         """top of each phase <- max(top, highest sample in it)."""

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from .batches import FEWEST_BATCHES, Estimate, batches_of, estimate
-from .frames import Frames, frames, known_columns, time_ranges
+from .frames import Frames, first_above, frames, known_columns, pieces, time_ranges
 from .outputs import MissingOutput, Run
 from .states import CREEPING, JUMPING, NAMES, RESTING, Phases, analyse
 
@@ -333,17 +333,16 @@ class _Counter:
 
     def _states(self, time: np.ndarray, grains: np.ndarray) -> np.ndarray:
         """State of each grain (n) at each instant (m); shape (m, n)."""
-        state = np.empty((len(time), len(grains)), dtype=np.int64)
         phases = self.result.phases
-        for column, grain in enumerate(grains.tolist()):
-            rows = slice(self._rows[grain], self._rows[grain + 1])
-            start, of_phase = phases.start[rows], phases.state[rows]
-            first = max(int(np.searchsorted(start, time[0], side="right")) - 1, 0)
-            last = int(np.searchsorted(start, time[-1], side="right"))
-            begins = np.searchsorted(time, start[first + 1 : last])
-            counts = np.diff(begins, prepend=0, append=len(time))
-            state[:, column] = np.repeat(of_phase[first:last], counts)
-        return state
+        begin, end = self._rows[grains], self._rows[grains + 1]
+        first = np.maximum(first_above(phases.start, begin, end, time[0]) - 1, begin)
+        last = first_above(phases.start, begin, end, time[-1])
+        rows, column = pieces(first, last)
+        # A phase has the instants from its beginning to the next one's; each grain's first has those before, too.
+        begins = np.searchsorted(time, phases.start[rows])
+        begins[np.cumsum(last - first) - (last - first)] = 0
+        ends = np.where(np.diff(column, append=-1) != 0, len(time), np.append(begins[1:], 0))
+        return np.repeat(phases.state[rows], ends - begins).reshape(len(grains), len(time)).T
 
 
 def measure(run: Run, since: float = 0.0) -> Transport:

@@ -14,7 +14,7 @@ from bedload_post import (
     bed_friction, flow_statistics, model_figures, model_numbers, model_sentences, models_report, transport,
 )  # fmt: skip
 from bedload_post.batches import batches_of, estimate
-from bedload_post.frames import frames, grains_per_instant, time_ranges
+from bedload_post.frames import first_above, frames, grains_per_instant, pieces, time_ranges
 from bedload_post.outputs import MissingOutput, Run, Samples
 from bedload_post.states import CREEPING, JUMPING, RESTING
 from scipy.signal import lfilter
@@ -221,6 +221,15 @@ def test_a_block_of_whole_instants_is_one_rectangle():
     swapped[3:5] = swapped[[4, 3]]
     assert grains_per_instant(time, swapped) == 0
     assert time_ranges([(time, tag), (time + 5, tag)]) == {4: (0, 9), 7: (0, 9), 9: (0, 9)}
+
+
+def test_pieces_are_searched_all_at_once():
+    values = np.array([1.0, 2.0, 4.0, 0.0, 4.0, 4.0, 5.0])
+    begin, end = np.array([0, 3, 6, 7]), np.array([3, 6, 7, 7])
+    assert first_above(values, begin, end, 4.0).tolist() == [3, 6, 6, 7]
+    assert first_above(values, begin, end, 1.0).tolist() == [1, 4, 6, 7]
+    rows, column = pieces(np.array([1, 4, 6]), np.array([3, 6, 6]))
+    assert (rows.tolist(), column.tolist()) == ([1, 2, 4, 5], [0, 0, 1, 1])
 
 
 def test_grains_that_come_and_go():
