@@ -53,13 +53,15 @@ class Neighbours:
 
 def distances(position: np.ndarray, periods: np.ndarray) -> np.ndarray:
     """Distance to the nearest other grain, shape (m, n), of n grains at m instants (m, n, 3)."""
-    apart = position[:, :, None] - position[:, None]
-    for d in np.flatnonzero(np.isfinite(periods)):
-        apart[..., d] -= periods[d] * np.round(apart[..., d] / periods[d])
-    found = np.sqrt((apart**2).sum(axis=3))
-    grain = np.arange(position.shape[1])
-    found[:, grain, grain] = np.inf
-    return found.min(axis=2)
+    nearest = np.empty(position.shape[:2])
+    for grain in range(position.shape[1]):  # one after the other: all pairs of a block would take a gigabyte
+        apart = position - position[:, grain : grain + 1]
+        for d in np.flatnonzero(np.isfinite(periods)):
+            apart[..., d] -= periods[d] * np.round(apart[..., d] / periods[d])
+        found = np.sqrt((apart**2).sum(axis=2))
+        found[:, grain] = np.inf
+        nearest[:, grain] = found.min(axis=1)
+    return nearest
 
 
 def measure(run: Run, since: float = 0.0) -> Neighbours | None:

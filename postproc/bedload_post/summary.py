@@ -63,9 +63,8 @@ def tags_of(run: Run) -> np.ndarray:
 
 def free_grain_lines(run: Run) -> list[Line]:
     """Motion of spheres that lie on no bed: along gravity, their speed, their Reynolds number."""
-    times = [time for time, _ in run.instants() if len(time)]
-    end = max(float(time.max()) for time in times)
-    begin = min(float(time.min()) for time in times)
+    ends = np.array([(time[0], time[-1]) for time, _ in run.instants()])  # of blocks in the order of time
+    begin, end = float(ends[0, 0]), float(ends[-1, 1])
     gravity = np.array(run.value("fluid.gravity"), dtype=float)
     weight = float(np.linalg.norm(gravity))
     fall, count, fastest = 0.0, 0, 0.0

@@ -55,10 +55,11 @@ def grain_series(run: Run) -> dict[str, Series]:
         columns = (np.ones(len(block)), block.velocity[:, 0] / scale, block.position[:, 1] / run.diameter,
                    (speed > MOVING * scale).astype(float), speed / scale)  # fmt: skip
         sums = np.stack([np.bincount(rows, weights=c) for c in columns], axis=1)
-        for t, values in zip(instants.tolist(), sums, strict=True):
+        highest = np.zeros(len(instants))
+        np.maximum.at(highest, rows, speed / scale)
+        for t, values, most in zip(instants.tolist(), sums, highest.tolist(), strict=True):
             total[t] = total.get(t, np.zeros(len(columns))) + values
-        for t, speed_ in zip(block.time.tolist(), (speed / scale).tolist(), strict=True):
-            fastest[t] = max(fastest.get(t, 0.0), speed_)
+            fastest[t] = max(fastest.get(t, 0.0), most)
     if not total:
         return {}
     times = np.array(sorted(total))
