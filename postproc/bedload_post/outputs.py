@@ -241,6 +241,9 @@ class Run:
     def _mobile(self) -> Iterator[h5py.Group | None]:
         path = self.folder / "spheres.h5"
         if not path.is_file():
+            if path.with_name("spheres.h5.part").is_file():
+                raise MissingOutput(f"{path}.part is of a run that goes on or was cut off: its samples can be read "
+                                    "when it has come to an end, if need be by --restart.")  # fmt: skip
             yield None
             return
         with open_hdf5(path) as file:

@@ -74,7 +74,7 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
     """
     run = Run(folder)
     console = Console(highlight=False)
-    has_grains = any(len(block) for block in run.sample_blocks(rows=1))
+    has_grains = _or_note(console, lambda: any(len(block) for block in run.sample_blocks(rows=1)), False)
     grains: list[Line] = []
     if has_grains:
         phases = states.analyse(

@@ -8,7 +8,7 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from bedload_post import film, kept_page, path, picture, states, summary
+from bedload_post import film, kept_page, path, picture, states, summary, transport
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import MissingOutput, Run
 from synthetic import wandering_story, write_run
@@ -116,6 +116,19 @@ def test_a_run_without_collisions_or_grains(folder, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "Re_tau" in done.stdout
     assert "mobile grains" not in done.stdout
+
+
+def test_a_run_that_was_cut_off_says_why_it_shows_no_grains(folder, tmp_path):
+    cut = tmp_path / "cut"
+    shutil.copytree(folder, cut)
+    (cut / "spheres.h5").rename(cut / "spheres.h5.part")
+    with pytest.raises(MissingOutput, match="spheres.h5.part is of a run that goes on or was cut off"):
+        transport.measure(Run(cut))
+    done = subprocess.run(
+        [sys.executable, "-I", "-B", SHOW, cut, "--no-pictures"], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert "cut off" in done.stdout and "Re_tau" in done.stdout
 
 
 def test_what_is_missing_is_named(tmp_path):
