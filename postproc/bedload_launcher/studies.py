@@ -10,17 +10,18 @@ import importlib
 from collections.abc import Callable, Sequence
 
 from .build import ROOT
-from .errors import unknown
+from .errors import UserError, unknown
 
 FOLDER = ROOT / "postproc" / "bedload_studies"
 
 
 def all_studies() -> dict[str, str]:
-    """Name and first sentence of each study; a module without `run` and `add_options` is a helper of the others."""
+    """Name and first sentence of each study; a module without `add_options` and `run` is a helper of the others."""
     found = {}
     for file in sorted(FOLDER.glob("[!_]*.py")):
         module = ast.parse(file.read_text(encoding="utf-8"))
-        if {"run", "add_options"} <= {part.name for part in module.body if isinstance(part, ast.FunctionDef)}:
+        functions = {part.name for part in module.body if isinstance(part, ast.FunctionDef)}
+        if {"add_options", "run"} <= functions:
             text = " ".join((ast.get_docstring(module) or "").split("\n\n")[0].split())
             found[file.stem] = text
     return found
@@ -31,7 +32,10 @@ def run_study(
     build: Callable[[], None],
 ) -> int:  # fmt: skip
     """Runs study `name` with its own `arguments`; `make_parser(prog, description)` gives the parser. `build` is called
-    once they are understood: help and mistakes take no build."""
+    once they are understood: help and mistakes take no build.
+
+    Raises UserError for a mistake, and where a run lacks what the study reads.
+    """
     studies = all_studies()
     if name not in studies:
         raise unknown("study", name, studies)
@@ -40,4 +44,9 @@ def run_study(
     module.add_options(parser)
     options = parser.parse_args(arguments)
     build()
-    return module.run(options)
+    from bedload_post.outputs import MissingOutput  # needs packages, as the studies do
+
+    try:
+        return module.run(options)
+    except MissingOutput as missing:
+        raise UserError(str(missing)) from missing

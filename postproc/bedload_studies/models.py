@@ -22,6 +22,7 @@ from bedload_launcher import job
 from bedload_launcher.build import BIN
 from bedload_launcher.errors import UserError
 from bedload_launcher.machine import cores
+from bedload_launcher.numbers import finite, whole
 from bedload_launcher.override import override_table
 from bedload_launcher.scenes import Scene, choose_model, find_scene, models, read_variables
 from bedload_post.bed_friction import driving_friction, driving_friction_interval
@@ -33,6 +34,7 @@ from bedload_post.outputs import MissingOutput, Run
 
 from . import made_by, turbulence
 from .earlier_run import EarlierRun
+from .kept_numbers import kept_numbers
 
 START_UP = 3.0  # flow-throughs L_x/u_b, of a scene that does not say
 PAPER_MODELS = ("rpm", "rpm_hw", "actm", "actm_hw")
@@ -78,20 +80,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="collision models (default: the paper's four)",
     )  # fmt: skip
     parser.add_argument(
-        "--densities", nargs="+", type=float, metavar="RATIO",
+        "--densities", nargs="+", type=finite, metavar="RATIO",
         help="density ratios ρp/ρf, gravity stays (default: the scene's own, for setup1 and "
         "setup1_small the paper's range 1.25 1.75 2.25)",
     )  # fmt: skip
     parser.add_argument(
-        "--gravity", type=float, metavar="G", help="g D/u_b² in place of the scene's own"
+        "--gravity", type=finite, metavar="G", help="g D/u_b² in place of the scene's own"
     )
     parser.add_argument(
-        "--cells", type=int, metavar="N",
+        "--cells", type=whole(1), metavar="N",
         help="cells to a diameter (default: the scene's own); the time step follows, the collision "
         "models' scales stay",
     )  # fmt: skip
     parser.add_argument(
-        "--flow-throughs", type=float, metavar="N",
+        "--flow-throughs", type=finite, metavar="N",
         help="length of each record behind the start-up, in L_x/u_b (default: as the scene says)",
     )  # fmt: skip
     parser.add_argument(
@@ -112,7 +114,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as for run")
     parser.add_argument("--var", action="append", default=[], metavar="NAME=VALUE", help="as for run")
     parser.add_argument(
-        "--discard", type=float, metavar="N",
+        "--discard", type=finite, metavar="N",
         help="start-up that is left out, in flow-through times L_x/u_b (default: the scene's "
         f"statistics.from, {START_UP:g} without)",
     )  # fmt: skip
@@ -139,11 +141,7 @@ def members(options: argparse.Namespace, scene: Scene) -> list[Member]:
     densities: Sequence[float | None] = options.densities or [None]
     if options.densities is None and scene.name.startswith("setup1"):
         densities = PAPER_DENSITIES
-    for density in densities:
-        if density is not None and density <= 1.0:
-            raise UserError(f"--densities has {density:g}, but grains must sink: above 1.")
-    if options.gravity is not None and not options.gravity > 0.0:
-        raise UserError(f"--gravity is {options.gravity:g}, but must be above 0.")
+    check(options, scene)
     found = []
     if with_bed(options, scene):
         out = (options.out / f"{scene.name}-{BED}").resolve()
@@ -156,6 +154,24 @@ def members(options: argparse.Namespace, scene: Scene) -> list[Member]:
             out = (options.out / name).resolve()
             found.append(Member(scene, model, density, options.gravity, out, given))
     return found
+
+
+def check(options: argparse.Namespace, scene: Scene) -> None:
+    """Raises UserError for values that make no study."""
+    for density in options.densities or []:
+        if density <= 1.0:
+            raise UserError(f"--densities has {density:g}, but grains must sink: above 1.")
+    if options.gravity is not None and not options.gravity > 0.0:
+        raise UserError(f"--gravity is {options.gravity:g}, but must be above 0.")
+    if options.flow_throughs is not None and not options.flow_throughs > 0.0:
+        raise UserError(f"--flow-throughs is {options.flow_throughs:g}, but must be above 0.")
+    if options.discard is not None and options.discard < 0.0:
+        raise UserError(f"--discard is {options.discard:g}, but must be at least 0.")
+    # LIGGGHTS would not miss a variable that its script does not read: the grains would keep their own value.
+    for option, name in (("densities", "density"), ("gravity", "gravity")):
+        if getattr(options, option) and name not in scene.variables():
+            raise UserError(f"--{option}: {scene.script} has no line 'variable {name} index VALUE', so the grains "
+                            "would keep their own.")  # fmt: skip
 
 
 def with_bed(options: argparse.Namespace, scene: Scene) -> bool:
@@ -360,20 +376,14 @@ def setup_of(scene: str) -> int:
     return 1 if scene.startswith("setup1") else 2 if scene.startswith("setup2") else 0
 
 
-def kept_numbers(folder: Path) -> dict:
-    """numbers.json of a kept report."""
-    file = folder / "numbers.json"
-    if not file.is_file():
-        raise UserError(f"{folder} has no numbers.json, so it is no report of this study.")
-    return json.loads(file.read_text(encoding="utf-8"))
-
-
 def record_of(folder: Path, own_command: str) -> Record:
     """The runs of another report beside one that was made by `own_command`."""
-    kept = kept_numbers(folder)
+    kept = kept_numbers(folder, NEEDED)
     other = settings_said(kept["circumstances"].get("command", ""))
     return Record(folder.name, kept["runs"], other is not None and other == settings_said(own_command))
 
+
+NEEDED = ("runs", "circumstances")  # of numbers.json
 
 # Keys of --set that do not change what is computed, but for how long and from where on.
 NO_SETTINGS = ("time.", "statistics.", "output.", "start.")
@@ -403,7 +413,7 @@ def settings_said(command: str) -> tuple | None:
 def rewrite_kept(folder: Path, beside: Sequence[Path]) -> None:
     """Pages and figures of the kept report in `folder` anew from its numbers; `beside`: other reports in place of
     those that its command names, as far as these are there, and of what it has kept of them."""
-    kept = kept_numbers(folder)
+    kept = kept_numbers(folder, NEEDED)
     command = kept["circumstances"].get("command", "")
     options = told(command)
     scene = kept.get("scene") or (options.scene if options else "")

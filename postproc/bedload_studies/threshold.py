@@ -13,6 +13,7 @@ import numpy as np
 
 from bedload_launcher import job
 from bedload_launcher.errors import UserError
+from bedload_launcher.numbers import finite
 from bedload_launcher.scenes import Scene, choose_model, find_scene
 from bedload_post import incipient_motion as motion
 from bedload_post.batches import estimate
@@ -54,7 +55,8 @@ class Plan:
         """Keys of fluid.toml: the grid, a step of the scene's Courant number, the end."""
         s = self.settings
         old = s["grid"]["cells"][0] / s["grid"]["length"][0]
-        every = max(1, round(s["statistics"]["every"] * self.cells_per_diameter / old))
+        every = s.get("statistics", {}).get("every", 0)  # 0: none are taken
+        every = max(1, round(every * self.cells_per_diameter / old)) if every else 0
         return [
             *models.refined(s, self.cells_per_diameter),
             f"time.end={self.throughs * self.time_unit!r}",
@@ -81,16 +83,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="collision models (default: the paper's four)",
     )  # fmt: skip
     parser.add_argument(
-        "--shields", nargs="+", type=float, default=list(SHIELDS), metavar="THETA",
+        "--shields", nargs="+", type=finite, default=list(SHIELDS), metavar="THETA",
         help=f"Shields numbers (default: {' '.join(f'{s:g}' for s in SHIELDS)})",
     )  # fmt: skip
     parser.add_argument("--cells", type=int, default=6, help="cells to a diameter (default: 6)")
     parser.add_argument(
-        "--throughs", type=float, default=12.0,
+        "--throughs", type=finite, default=12.0,
         help="length of each run in flow-through times L_x/u_b (default: 12)",
     )  # fmt: skip
     parser.add_argument(
-        "--discard", type=float, default=4.0, help="of them, left out as start-up (default: 4)"
+        "--discard", type=finite, default=4.0, help="of them, left out as start-up (default: 4)"
     )
     parser.add_argument("--ranks", metavar="FLUID:DEM", help="as for run")
     parser.add_argument("--out", type=Path, default=Path("runs/threshold"), help="folder of the runs")
@@ -105,9 +107,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def check(options: argparse.Namespace, scene: Scene) -> None:
-    """Throws UserError for values that make no study."""
+    """Raises UserError for values that make no study."""
     if not (models.settings_of(scene, []).get("reference", {}).get("sphere_density")):
         raise UserError(f"scene '{scene.name}' has no reference.sphere_density, so no Shields number.")
+    # LIGGGHTS would not miss a variable that its script does not read: the bed would not be bare, gravity not set.
+    for name, what in (("placing", "NAME"), ("gravity", "VALUE")):
+        if name not in scene.variables():
+            raise UserError(f"{scene.script} has no line 'variable {name} index {what}', which this study sets.")
     for value in options.shields:
         if not value > 0.0:
             raise UserError(f"--shields has {value:g}, but a Shields number is above 0.")
@@ -195,8 +201,6 @@ def experiment(plan: Plan, options: argparse.Namespace) -> Experiment:
 
 def run(options: argparse.Namespace) -> int:
     if options.rewrite:
-        if not (options.rewrite / "numbers.json").is_file():
-            raise UserError(f"--rewrite {options.rewrite}: has no numbers.json, so it is no report of this study.")
         rewrite(options.rewrite)
         print(f"bedload: {options.rewrite} anew from its numbers", flush=True)
         return 0

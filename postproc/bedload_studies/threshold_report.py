@@ -23,6 +23,8 @@ from bedload_post.model_figures import model_label, model_line, name_models  # n
 from bedload_post.outputs import Run  # noqa: E402
 from bedload_post.paper_statements import BED_SHIELDS, CRITICAL_SHIELDS, exceeds  # noqa: E402
 
+from .kept_numbers import kept_numbers  # noqa: E402
+
 
 @dataclass(frozen=True)
 class Experiment:
@@ -277,9 +279,11 @@ def write_pages(found: Experiment, folder: Path, motion_drawn: bool) -> None:
     (folder / "numbers.json").write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
-def read(file: Path) -> Experiment:
+def read(folder: Path) -> Experiment:
     """The experiment that numbers.json keeps; its estimates are without batches."""
-    kept = json.loads(file.read_text(encoding="utf-8"))
+    names = [field.name for field in fields(Experiment) if field.name != "shown"]
+    kept = kept_numbers(folder, names)
+    kept = {name: kept[name] for name in names}
     points = [
         Point(p["model"], p["shields"], **{name: Estimate(p[name][0], p[name][1], np.empty(0)) for name in ESTIMATES})
         for p in kept.pop("points")
@@ -289,4 +293,4 @@ def read(file: Path) -> Experiment:
 
 def rewrite(folder: Path) -> None:
     """Pages and threshold.png of a kept report anew from its numbers; motion.png stays."""
-    write_pages(read(folder / "numbers.json"), folder, (folder / "motion.png").is_file())
+    write_pages(read(folder), folder, (folder / "motion.png").is_file())

@@ -503,10 +503,12 @@ def test_nothing_is_asked_of_apt_when_all_is_there(tmp_path):
 
 
 def test_a_study_is_a_module_with_run_and_its_first_sentence(tmp_path, monkeypatch):
-    text = '"""How drag converges\nwith D/h.\n\nMore."""\n'
-    (tmp_path / "drag.py").write_text(text + "def add_options(p): ...\ndef run(o): ...\n")
-    (tmp_path / "drag_scene.py").write_text(text + "def run(o): ...\n")
+    assert "accuracy" in studies.all_studies()
+    assert "accuracy_scene" not in studies.all_studies()  # which has no options of its own
+    both = "def add_options(p): ...\ndef run(o): ...\n"
+    (tmp_path / "drag.py").write_text('"""How drag converges\nwith D/h.\n\nMore."""\n' + both)
     (tmp_path / "helper.py").write_text('"""No study."""\n')
+    (tmp_path / "other.py").write_text('"""Part of a study."""\ndef run(o): ...\n')
     monkeypatch.setattr(studies, "FOLDER", tmp_path)
     assert studies.all_studies() == {"drag": "How drag converges with D/h."}
     with pytest.raises(UserError, match="no study 'darg'; the nearest is 'drag'"):
@@ -524,6 +526,35 @@ def test_nothing_is_built_for_a_line_that_is_not_understood(monkeypatch):
     with pytest.raises(UserError, match="no benchmark 'fliud'; the nearest is 'fluid'"):
         cli.bench(cli.parse(["bench", "fliud"]))
     assert not built
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        (["turbulence", "FOLDER"], "FOLDER has no settings.toml, so it is no output of a run."),
+        (["channel180", "--from", "FOLDER"], "FOLDER has no settings.toml, so it is no output of a run."),
+        (["threshold", "--report-only", "--out", "FOLDER"], "FOLDER/bed has no settings.toml, so it is no output"),
+        (["models", "--cells", "0"], "--cells: is 0, but must be at least 1"),
+        (["models", "--flow-throughs", "-1"], "--flow-throughs is -1, but must be above 0."),
+        (["models", "--flow-throughs", "nan"], "--flow-throughs: is nan, but must be a finite number"),
+        (["models", "--discard", "-1"], "--discard is -1, but must be at least 0."),
+        (["models", "--densities", "inf"], "--densities: is inf, but must be a finite number"),
+        (["models", "--scene", "exposed_sphere", "--densities", "2"], "no line 'variable density index VALUE'"),
+        (["models", "--scene", "exposed_sphere", "--gravity", "2"], "no line 'variable gravity index VALUE'"),
+        (["threshold", "--shields", "inf"], "--shields: is inf, but must be a finite number"),
+        (["threshold", "--scene", "exposed_sphere"], "no line 'variable placing index NAME'"),
+        (["models", "--rewrite", "FOLDER"], "FOLDER/numbers.json is of no report of this study: it has no 'runs'."),
+        (["threshold", "--rewrite", "FOLDER"], "FOLDER/numbers.json is of no report of this study: it has no 'scene'."),
+    ],
+)  # fmt: skip
+def test_mistakes_of_a_study_get_one_sentence(line, sentence, tmp_path, started, monkeypatch, capsys):
+    (tmp_path / "numbers.json").write_text("{}")
+    monkeypatch.setattr(cli, "build", lambda: None)
+    monkeypatch.setattr(sys, "argv", ["bedload", "study", *(w.replace("FOLDER", str(tmp_path)) for w in line)])
+    assert cli.main() == 2
+    said = capsys.readouterr().err
+    assert sentence.replace("FOLDER", str(tmp_path)) in said and said.count("\n") == 1
+    assert not started
 
 
 def test_a_preset_keeps_proportions_and_courant_number(tmp_path):

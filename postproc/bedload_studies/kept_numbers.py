@@ -1,0 +1,22 @@
+"""numbers.json of a kept report. No study of its own."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from bedload_launcher.errors import UserError
+
+
+def kept_numbers(folder: Path, needed: Sequence[str]) -> dict:
+    """The numbers that a report keeps; raises UserError where it lacks one of those `needed`, as other studies' do."""
+    file = folder / "numbers.json"
+    if not file.is_file():
+        raise UserError(f"{folder} has no numbers.json, so it is no report of this study.")
+    try:
+        kept = json.loads(file.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise UserError(f"{file} cannot be read: {error}.") from error
+    for name in needed:
+        if not isinstance(kept, dict) or name not in kept:
+            raise UserError(f"{file} is of no report of this study: it has no '{name}'.")
+    return kept
