@@ -38,7 +38,7 @@ from .kept_numbers import kept_numbers
 
 START_UP = 3.0  # flow-throughs L_x/u_b, of a scene that does not say
 PAPER_MODELS = ("rpm", "rpm_hw", "actm", "actm_hw")
-PAPER_DENSITIES = (1.25, 1.75, 2.25)  # Setup I
+PAPER_DENSITIES, PAPER_DENSITY_2 = (1.25, 1.75, 2.25), 1.2  # Setup I, Setup II
 BED = "bed"  # the run without mobile grains
 
 
@@ -363,7 +363,8 @@ def report(options: argparse.Namespace, scene: Scene, runs: Sequence[Member]) ->
     folder.mkdir(parents=True, exist_ok=True)
     facts |= keep_correlations(cases[0].run, cases[0].since, folder)
     title = title_of(scene.name, {case.model for case in cases})
-    write(Comparison(title, cases, setup_of(scene.name), facts, bed, scene.name, beside), folder, remarks)
+    setup = setup_of(scene.name, options)
+    write(Comparison(title, cases, setup, facts, bed, scene.name, beside), folder, remarks)
     return folder
 
 
@@ -371,9 +372,12 @@ def title_of(scene: str, names: set[str]) -> str:
     return f"{scene}: {len(names)} collision model{'s' if len(names) > 1 else ''}"
 
 
-def setup_of(scene: str) -> int:
-    """Which of the paper's setups a scene repeats; 0: neither."""
-    return 1 if scene.startswith("setup1") else 2 if scene.startswith("setup2") else 0
+def setup_of(scene: str, options: argparse.Namespace | None) -> int:
+    """Which of the paper's setups a scene repeats; 0: neither. Setup II has one density and one gravity."""
+    changed = options is not None and (
+        options.gravity is not None or any(density != PAPER_DENSITY_2 for density in options.densities or [])
+    )
+    return 1 if scene.startswith("setup1") else 2 if scene.startswith("setup2") and not changed else 0
 
 
 def record_of(folder: Path, own_command: str) -> Record:
@@ -423,7 +427,8 @@ def rewrite_kept(folder: Path, beside: Sequence[Path]) -> None:
     title = title_of(scene, {v["model"] for v in kept["runs"]})
     today = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
     facts = kept["circumstances"] | {"page made anew from the numbers": today}
-    rewrite(Comparison(title, [], setup_of(scene), facts, None, scene, list(records.values())), kept, folder)
+    setup = setup_of(scene, options)
+    rewrite(Comparison(title, [], setup, facts, None, scene, list(records.values())), kept, folder)
 
 
 def keep_correlations(run: Run, since: float, folder: Path) -> dict[str, str]:

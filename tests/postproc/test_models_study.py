@@ -106,6 +106,16 @@ def test_floating_grains_are_refused(tmp_path):
         models.members(options("--densities", "0.9"), find_scene("setup2_small"))
 
 
+def test_the_paper_has_one_density_and_gravity_of_setup_2():
+    """Its Table 2 says nothing of heavier grains."""
+    assert models.setup_of("setup2_small", None) == models.setup_of("setup2_small", options()) == 2
+    assert models.setup_of("setup2_small", options("--densities", "1.2")) == 2
+    assert models.setup_of("setup2_small", options("--densities", "1.2", "2.0")) == 0
+    assert models.setup_of("setup2", options("--gravity", "0.5")) == 0
+    assert models.setup_of("setup1", options("--densities", "1.5")) == 1
+    assert models.setup_of("exposed_sphere", options()) == 0
+
+
 def test_set_reaches_what_follows_from_it():
     settings = models.settings_of(find_scene("setup2_small"), ["time.end=3", "fluid.density = 2.0"])
     assert settings["time"]["end"] == 3
