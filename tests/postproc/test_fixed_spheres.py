@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from bedload_studies.random_spheres import random_spheres, smallest_distance
 from bedload_studies.sphere_theory import random_array_drag, random_array_drag_tenneti
-from bedload_studies.validation_steady import wall_drag_and_lift
+from bedload_studies.validation_sliding import _beside_wall
+from bedload_studies.validation_steady import _approaching, _brenner, wall_drag_and_lift
 
 
 def test_drag_and_lift_on_a_wall():
@@ -18,6 +19,24 @@ def test_drag_and_lift_on_a_wall():
     assert drag == pytest.approx(24.0 * 1.7005 / slow, rel=1e-3)
     assert lift == pytest.approx(9.22 * 0.25 / (math.pi / 8.0), rel=1e-3)
     assert wall_drag_and_lift(100.0) == (pytest.approx(1.769, rel=1e-3), pytest.approx(0.4829, rel=1e-3))
+
+
+def test_spheres_that_approach():
+    """Brenner's (1961) table for a wall, R cosh a away: 3.0361 at a = 1, 1.4129 at 2. Two spheres, as the film of
+    R_eff = R/2 closed at 2 U where they are near, 1/(2 gap); far away as Stokes' flow of the other one, 1 + 3/(2 d)."""
+    assert _brenner(math.cosh(1.0) - 1.0) == pytest.approx(3.0361, abs=1e-4)
+    assert _brenner(math.cosh(2.0) - 1.0) == pytest.approx(1.4129, abs=1e-4)
+    assert _approaching(0.001) == pytest.approx(500.0, rel=0.02)
+    assert _approaching(148.0) == pytest.approx(1.0 + 1.5 / 150.0, abs=2e-4)
+
+
+def test_spheres_beside_a_wall():
+    """Goldman, Cox & Brenner's (1967) tables at gaps of 0.003202 and 0.0453 R, torques there in 8 pi mu R^3."""
+    for gap, slide, mixed, turn in ((0.003202, 4.0223, 0.51326, 2.6793), (0.0453, 2.6475, None, 1.6996)):
+        found = _beside_wall(gap)
+        assert (found[0, 0], 0.75 * found[1, 1]) == pytest.approx((slide, turn), rel=5e-4)
+        assert found[0, 1] == found[1, 0]
+        assert mixed is None or found[0, 1] == pytest.approx(-mixed, rel=5e-4)
 
 
 def test_drag_in_random_arrays_by_hand():

@@ -90,6 +90,8 @@ def test_the_threshold_on_shields_curve_is_its_own_gravity_s():
     number = incipient_motion.diameter_number(1.0, weight, 2.99e-3)
     assert shields_curve(number) == pytest.approx(theta)
     assert 0.03 < theta < 0.045  # D+ = 24: the paper reads 0.035 from the diagram
+    # Of the same D+ in other units of length and time.
+    assert incipient_motion.shields_threshold(2.0, 3 * 0.0728, 6 * 2.99e-3) == pytest.approx(theta)
 
 
 def experiment(level, half=0.01, **changes):

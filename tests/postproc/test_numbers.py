@@ -10,6 +10,7 @@ import pytest
 from bedload_post import bed_friction, flow_statistics, model_numbers, states, summary, transport
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import Run
+from bedload_studies import scene_answers, threshold
 from synthetic import Story, even, write_run
 
 SINCE = 1.0
@@ -251,3 +252,27 @@ def test_statistics_in_the_scene_s_units(run):
         "statistics over": 13, "friction velocity there": 0.04, "Re_tau there": 96,
         "stress off a straight line": 2,
     }, rel=1e-12)  # fmt: skip
+
+
+def test_a_point_of_the_threshold_study(run):
+    """One grain of V = 8 pi/6 over 16 x 8, 5.5/12 fast: q* = V 5.5/12/128 over sqrt(g' D^3), g' = 0.4 0.5 = 0.2."""
+    found = threshold.point_of(run, "rpm", 0.03, SINCE)
+    assert (found.model, found.shields) == ("rpm", 0.03)
+    numbers = (found.moving.mean, found.not_resting.mean, found.velocity.mean, found.transport.mean)
+    rate = 8 * np.pi / 6 * 5.5 / 12 / 128 / np.sqrt(0.2 * 8)
+    assert numbers == pytest.approx((5 / 12, 5 / 12, 5.5 / 12 / 3, rate), rel=0.012)
+    assert found.transport.half_width == pytest.approx(rate / numbers[2] * found.velocity.half_width, rel=0.012)
+    # S = u_tau^2/((rho_p/rho_f - 1) g D)
+    settings = {"reference": {"sphere_density": 2.1, "diameter": 2.0}, "fluid": {"density": 1.5}}
+    assert threshold.gravity_for(0.03, 0.12, settings) == pytest.approx(0.12**2 / (0.4 * 0.03 * 2.0))
+
+
+def test_a_scene_s_own_answers(run):
+    """At 4.5 the grain rolls at 0.6 along x, at 5.5 it jumps at 1.5 and 0.5 4 (1 - 2 f)/2 upwards, f = 1/4."""
+    found = scene_answers.grain_series(run)
+    speed = np.hypot(1.5, 0.5) / 3
+    for time, wanted in ((2.0, (0.0, 1.5, 0.0, 0.0, 0.0)), (4.5, (0.2, 1.5, 1.0, 0.2, 0.2)),
+                         (5.501, (0.5, (3 + 0.5 * 0.75) / 2, 1.0, speed, speed))):  # fmt: skip
+        names = ("grain velocity", "grain height", "share moving", "grain speed", "largest grain speed")
+        values = [float(np.interp(time, found[name].time, found[name].values)) for name in names]
+        assert values == pytest.approx(wanted, abs=0.003)

@@ -368,3 +368,13 @@ def test_grains_that_feel_each_other():
     assert found.share_near == 0.5
     assert found.velocity_far - found.velocity_near == pytest.approx(1.0, abs=0.1)
     assert found.independent is False
+
+
+def test_intervals_of_neighbours():
+    """Ten parts of one instant each: u_1'u_2' is 1 in eight and -1 in two, s = 0.84327; t_{0.975, 9} = 2.26216."""
+    first = np.array([1.0, -1.0] * 5)
+    both = np.column_stack([first, first * np.repeat([1.0, -1.0], [8, 2])])
+    found = neighbours.of_series(np.full((10, 2), 9.0), both)
+    assert (found.correlation, found.closest) == (pytest.approx(0.6), 9.0)
+    assert found.correlation_interval == pytest.approx(2.26216 * 0.84327 / np.sqrt(10), rel=1e-4)
+    assert np.isnan(found.velocity_difference_interval)  # none has another one near

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from bedload_post.outputs import Samples
+from bedload_studies import validation_suspensions as suspensions
 from bedload_studies.validation_suspensions import (
     eilers_viscosity,
     richardson_zaki_exponent,
@@ -32,3 +34,20 @@ def test_a_sphere_alone():
     """Stokes: u = (rho_p/rho_f - 1) g D^2/(18 nu), Re = Ga^2/18."""
     assert settling_reynolds(0.01) == pytest.approx(1e-4 / 18.0, rel=1e-3)
     assert settling_reynolds(10.0) == pytest.approx(4.0, rel=2e-3)  # 24 (1 + 0.15 4^0.687) 4 = 133 = 4/3 100
+
+
+class MadeUp:
+    """Two instants of two spheres that fall along -x, at 1 and 2, then at 3 and 5; walls' stress 2 and -4."""
+
+    def sample_blocks(self, since):
+        time, tag, zero = np.array([0.0, 0.0, 1.0, 1.0]), np.array([1, 2, 1, 2]), np.zeros((4, 3))
+        velocity = zero - np.array([1.0, 2.0, 3.0, 5.0])[:, None] * [1, 0, 0]
+        return [Samples(time, tag, zero, velocity, zero, np.full(4, 0.5))]
+
+    def history(self):
+        return {"wall_stress_lower": np.array([2.0]), "wall_stress_upper": np.array([-4.0])}
+
+
+def test_means_of_a_run():
+    assert suspensions._mean_fall(MadeUp(), 0.0).tolist() == [1.5, 4.0]
+    assert suspensions._wall_stress(MadeUp(), 1.5).tolist() == [2.0]

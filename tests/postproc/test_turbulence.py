@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bedload_studies import turbulence
 from bedload_studies.turbulence import correlation
 
 
@@ -19,3 +20,14 @@ def test_noise_correlates_with_itself_alone():
     # Variance 1; at any distance the mean of 6e4 products: 1/sqrt(6e4) = 0.004, five times that.
     assert found[0] == pytest.approx(1.0, abs=0.03)
     assert np.abs(found[1:]).max() < 0.021
+
+
+def test_snapshots_count_by_their_variance(monkeypatch):
+    """R is the mean covariance over the mean variance: of a wave and of one three times as high and half as long."""
+    x = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+    waves = [np.sin(x)[None, :] * np.ones((16, 1)), 3.0 * np.sin(2 * x)[None, :] * np.ones((16, 1))]
+    monkeypatch.setattr(turbulence, "planes", lambda run, heights, since: (wave[None] for wave in waves))
+    along_x, along_z, count = turbulence.correlations(None, [1.0], 0.0)
+    assert count == 2
+    assert along_x == pytest.approx(((np.cos(x[:25]) + 9.0 * np.cos(2 * x[:25])) / 10.0)[None], abs=1e-12)
+    assert along_z == pytest.approx(np.ones((1, 9)))
