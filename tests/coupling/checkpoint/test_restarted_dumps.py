@@ -55,12 +55,12 @@ def test_they_are_added_to(begun):
 
 
 def test_the_table_of_collisions_keeps_its_rows(tmp_path):
-    """Also where a command between two coupled runs, of which the first is over, initialises LIGGGHTS before its clock is
-    set: a grain just above the bed has met it, in a collision of one step, before the checkpoint behind step 8."""
+    """Also where a command between two coupled runs, of which the first is over, initialises LIGGGHTS before its clock
+    is set: a grain just above the bed has met it, in a collision of one step, before the checkpoint behind step 8."""
     text = SCRIPTS["two runs"].replace("steps 2", "steps 6").replace(DUMPS, "")
     for old, new in {"create_atoms    2 single 1.95 1.75 1.1": "create_atoms 2 single 1.95 1.35 1.1",
                      "set 0.7 -0.6 0.05": "set 0.0 -2.0 0.0",
-                     "tangential haff_werner\npair_coeff": "tangential haff_werner collisionSteps 1\npair_coeff"}.items():
+                     "haff_werner\npair_coeff": "haff_werner collisionSteps 1\npair_coeff"}.items():
         assert old in text
         text = text.replace(old, new)
     (tmp_path / "in.liggghts").write_text(text)
