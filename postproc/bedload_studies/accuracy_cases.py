@@ -69,7 +69,7 @@ class PricedRunner(Runner):
                 before = resource.getrusage(resource.RUSAGE_CHILDREN)
                 seconds = super()._run(line, scene, out)
                 after = resource.getrusage(resource.RUSAGE_CHILDREN)
-                spent.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+                spent.append((after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime))
         megabytes = memory.bytes_of() / 1e6
         (out / "price.csv").write_text(f"{statistics.median(spent):.3f},{megabytes:.1f}", encoding="utf-8")
         return seconds
