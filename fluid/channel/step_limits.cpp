@@ -58,9 +58,10 @@ std::string StepLimits::complaint(std::int64_t step, double time, double dt, dou
   return fmt::format(
       "{}: step {} (t = {:.6g}): the CFL number is {:.3g} near cell ({}, {}, {}), but "
       "the scheme is "
-      "stable only up to {:.3g}; set 'time.step' to at most {:.4g} (now {}).",
+      "stable only up to {:.3g}; set 'time.step' to at most {:.4g} (now {}){}.",
       file_, step, time, cfl, cell[0], cell[1], cell[2], imaginary_limit,
-      dt * imaginary_limit / cfl, dt);
+      dt * imaginary_limit / cfl, dt,
+      follows_cfl_ ? "" : ", or 'time.cfl', with which it follows the flow");
 }
 
 }  // namespace bedload
