@@ -260,8 +260,10 @@ def _wet_restitution(runner: Runner, stokes: float, n: int = 10, density: float 
     diameter above the wall. 0: it does not come back so far."""
     viscosity = density * ST152.speed * ST152.diameter / (9.0 * stokes)
     h = ST152.diameter / n
+    # The jet of the fluid that the impact squeezes out grows with D/h, at one Courant number of the sphere.
+    longest = ST152.step * min(1.0, 16.0 / n)
     impact = replace(ST152, density_ratio=density, viscosity=viscosity, height=7, start=4.0,
-                     step=min(ST152.step, 0.1 * h / viscosity))  # fmt: skip
+                     step=min(longest, 0.1 * h / viscosity))  # fmt: skip
     label = f"wet-{density:g}-{stokes:g}-{n}"
     more: dict = {}
     if collision_steps > 0:
