@@ -7,6 +7,7 @@
 #include "atom.h"
 #include "force.h"
 #include "lammps.h"
+#include "liggghts_styles/mobility.hpp"
 #include "neigh_list.h"
 #include "pair.h"
 
@@ -32,8 +33,10 @@ std::vector<Triple> overlaps_of(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& sp
     Triple& overlap = overlaps[static_cast<std::size_t>(i)];
     for (std::size_t d = 0; d < 3; ++d) overlap[d] += amount * n[static_cast<Eigen::Index>(d)];
   };
-  const auto inverse_mass = [&](int i) {
-    return spheres.is_mobile(atom.mask[i]) ? 1.0 / atom.rmass[i] : 0.0;
+  const Mobility mobility(lmp);
+  const auto held = [&](int i) { return mobility.held(atom.mask[i]); };
+  const auto inverse_mass = [&](int i, bool heavy) {
+    return spheres.is_mobile(atom.mask[i]) && !heavy ? 1.0 / atom.rmass[i] : 0.0;
   };
 
   for (int i = 0; i < atom.nlocal; ++i)
@@ -53,7 +56,9 @@ std::vector<Triple> overlaps_of(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& sp
       const Vec3 way = Vec3(atom.x[j]) - x;
       const double reach = atom.radius[i] + atom.radius[j], square = way.squaredNorm();
       if (square >= reach * reach || square == 0.0) continue;
-      const double by_i = inverse_mass(i), by_j = inverse_mass(j);
+      const bool both_held = held(i) && held(j);  // moved into each other as prescribed
+      const double by_i = inverse_mass(i, held(i) && !both_held),
+                   by_j = inverse_mass(j, held(j) && !both_held);
       if (by_i + by_j == 0.0) continue;
       const double distance = std::sqrt(square), depth = reach - distance;
       give(i, share_of_overlap(by_i, by_j) * depth, way / distance);

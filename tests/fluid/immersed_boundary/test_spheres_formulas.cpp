@@ -71,6 +71,39 @@ TEST(DeferredShare, EndsTheAnswerOfAddedMassInOneStageAndSwingsForNoDensity) {
   }
 }
 
+// What is left of an error after a stage: 1 - s (1 + C rho_f/rho_p).
+TEST(DeferredShare, OldPressureIsStableForAnAddedMassBelowNine) {
+  EXPECT_EQ(old_pressure_share(0.1, 2.5, 1.0, true), 0.1) << "a setting rules";
+  const double fluid = 1.7;
+  const auto left = [&](double ratio, double added_mass, bool each_stage = true) {
+    return 1.0 - old_pressure_share(-1.0, ratio * fluid, fluid, each_stage) *
+                     (1.0 + added_mass / ratio);
+  };
+  EXPECT_NEAR(left(1.0, 9.0), -1.0, round_off) << "at the edge";
+  for (const double ratio : {0.5, 0.7, 1.0}) EXPECT_GT(left(ratio, 8.9), -1.0) << ratio;
+  for (const double ratio : {1.25, 2.5, 8.0}) EXPECT_NEAR(left(ratio, 0.0), 0.75, round_off);
+  EXPECT_NEAR(left(0.4, 0.0), 0.75, round_off) << "light ones, whose deferred impulse is too slow";
+  EXPECT_NEAR(left(0.7, 0.0, false), 0.75, round_off) << "as are those that move once a step";
+}
+
+TEST(DeferredShare, AngularImpulseIsStableDownToTheLightestAndQuick) {
+  EXPECT_EQ(deferred_angular_share(0.2, 2.5, 1.0, false), 0.2) << "a setting rules";
+  const double fluid = 1.7, carried = 0.6;
+  const auto left = [&](double ratio, double inertia, bool implicit) {
+    return 1.0 - deferred_angular_share(0.0, ratio * fluid, fluid, implicit) *
+                     (1.0 + inertia / ratio);
+  };
+  EXPECT_GT(left(0.3, carried, false), -0.6) << "and no slow swing";
+  for (const double ratio : {1.0, 2.5, 8.0})
+    EXPECT_LT(std::abs(left(ratio, carried, false)), 0.5) << "halves each stage, " << ratio;
+  // Long steps of implicit diffusion carry more along.
+  for (const double ratio : {0.3, 0.5, 1.0}) {
+    EXPECT_GT(left(ratio, 3.0, true), -1.0) << ratio;
+    EXPECT_LT(left(ratio, 0.0, true), 1.0 - 0.4 * ratio) << ratio;
+  }
+  EXPECT_EQ(left(3.0, 0.0, true), 0.0) << "heavy ones get the whole";
+}
+
 TEST(MarkerLayout, CountAndRadiusFollowTheFormulas) {
   EXPECT_EQ(marker_count(5.0, 1.0), 316);  // pi/3 * 301 = 315.2
   EXPECT_EQ(marker_count(5.0, 0.7), 221);  // 220.6
