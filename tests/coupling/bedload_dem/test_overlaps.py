@@ -13,8 +13,9 @@ PLACED = ("set atom 9 x 1.5 y 1.5 z 1.0 diameter 0.8\n"
           f"set atom 10 x 1.5 y {2.3 - DEPTH} z 1.0 diameter 0.8 density 5.0\n"
           "velocity grains set 0 0 0 units box")
 MOTION = "fix             motion grains nve/sphere"
-DUMP = ("thermo          1500", "thermo          1500\ndump shares grains custom 15 ${out}/shares.txt id f_couple_overlap[1] "
-        "f_couple_overlap[2] f_couple_overlap[3]")  # fmt: skip
+THERMO = "thermo          1500"
+DUMP = (THERMO, f"{THERMO}\ndump shares grains custom 15 ${{out}}/shares.txt id " + " ".join(
+    f"f_couple_overlap[{d}]" for d in (1, 2, 3)))  # fmt: skip
 
 
 def moving(*lines):

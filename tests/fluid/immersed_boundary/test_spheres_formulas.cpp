@@ -76,8 +76,8 @@ TEST(DeferredShare, OldPressureIsStableForAnAddedMassBelowNine) {
   EXPECT_EQ(old_pressure_share(0.1, 2.5, 1.0, true), 0.1) << "a setting rules";
   const double fluid = 1.7;
   const auto left = [&](double ratio, double added_mass, bool each_stage = true) {
-    return 1.0 - old_pressure_share(-1.0, ratio * fluid, fluid, each_stage) *
-                     (1.0 + added_mass / ratio);
+    return 1.0 -
+           old_pressure_share(-1.0, ratio * fluid, fluid, each_stage) * (1.0 + added_mass / ratio);
   };
   EXPECT_NEAR(left(1.0, 9.0), -1.0, round_off) << "at the edge";
   for (const double ratio : {0.5, 0.7, 1.0}) EXPECT_GT(left(ratio, 8.9), -1.0) << ratio;
@@ -90,8 +90,8 @@ TEST(DeferredShare, AngularImpulseIsStableDownToTheLightestAndQuick) {
   EXPECT_EQ(deferred_angular_share(0.2, 2.5, 1.0, false), 0.2) << "a setting rules";
   const double fluid = 1.7, carried = 0.6;
   const auto left = [&](double ratio, double inertia, bool implicit) {
-    return 1.0 - deferred_angular_share(0.0, ratio * fluid, fluid, implicit) *
-                     (1.0 + inertia / ratio);
+    return 1.0 -
+           deferred_angular_share(0.0, ratio * fluid, fluid, implicit) * (1.0 + inertia / ratio);
   };
   EXPECT_GT(left(0.3, carried, false), -0.6) << "and no slow swing";
   for (const double ratio : {1.0, 2.5, 8.0})
