@@ -179,6 +179,7 @@ def heights(cases: Sequence[Case], file: Path) -> bool:
         panels[0].set_ylabel(f"y / D (bed's top at {bed_top:g})")
         panels[1].set(xlabel="mean $\\omega_3 D / u_b$ of all grains at y")
         panels[2].set(xlabel="mean $u_p / u_b$ of all grains at y")
+        panels[1].locator_params(axis="x", nbins=5)  # room for two digits behind the point
         panels[1].axvline(0, color="#bbbbbb", lw=0.8, zorder=0)
         for panel in panels if pocket else ():
             panel.axhline(pocket, color="#bbbbbb", lw=0.8, ls=":", zorder=0)
