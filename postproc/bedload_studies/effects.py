@@ -61,8 +61,8 @@ def cells_across(settings: dict) -> float:
 def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Variant]:
     """Every effect that this scene can do with or without."""
     fluid, spheres = settings["fluid"], settings["spheres"]
-    if settings["time"]["cfl"] == 0.0:  # which needs it: a limit for a flow with convection
-        yield Variant("convection", "off", ('fluid.convection="off"',), turned_off=True)
+    no_limit = () if settings["time"]["cfl"] == 0.0 else ("time.cfl=0.0",)  # one of convection
+    yield Variant("convection", "off", ('fluid.convection="off"', *no_limit), turned_off=True)
     if "diffusion" in fluid:
         yield Variant("diffusion", "explicit", ('fluid.diffusion="explicit"',), turned_off=True)
         yield Variant("diffusion", "implicit", ('fluid.diffusion="implicit"',))

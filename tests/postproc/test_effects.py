@@ -113,6 +113,15 @@ def test_the_second_half_is_that_of_the_time_that_was_run():
     assert effects.moves(run, None, effects.half_way(run)) == "driving force"
 
 
+def test_convection_goes_with_its_limit_for_the_step():
+    """time.cfl without convection is refused."""
+    scene = find_scene("channel180")
+    settings = tomllib.loads((scene.folder / "fluid.toml").read_text()) | {"spheres": {}}
+    for cfl, keys in ((1.6, ('fluid.convection="off"', "time.cfl=0.0")), (0.0, ('fluid.convection="off"',))):
+        settings["time"]["cfl"] = cfl
+        assert [v.keys for v in effects.variants(scene, None, settings) if v.effect == "convection"] == [keys]
+
+
 def test_statistics_go_with_their_spectra():
     """Spectra without statistics are refused."""
     scene = find_scene("channel180")
