@@ -35,8 +35,10 @@ std::vector<Triple> overlaps_of(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& sp
   };
   const Mobility mobility(lmp);
   const auto held = [&](int i) { return mobility.held(atom.mask[i]); };
-  const auto inverse_mass = [&](int i, bool heavy) {
-    return spheres.is_mobile(atom.mask[i]) && !heavy ? 1.0 / atom.rmass[i] : 0.0;
+  // 0 of what does not give way: fixed ones, and beside free ones those moved as prescribed.
+  const auto inverse_mass = [&](int i, int other) {
+    const bool gives_way = spheres.is_mobile(atom.mask[i]) && (!held(i) || held(other));
+    return gives_way ? 1.0 / atom.rmass[i] : 0.0;
   };
 
   for (int i = 0; i < atom.nlocal; ++i)
@@ -56,9 +58,7 @@ std::vector<Triple> overlaps_of(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& sp
       const Vec3 way = Vec3(atom.x[j]) - x;
       const double reach = atom.radius[i] + atom.radius[j], square = way.squaredNorm();
       if (square >= reach * reach || square == 0.0) continue;
-      const bool both_held = held(i) && held(j);  // moved into each other as prescribed
-      const double by_i = inverse_mass(i, held(i) && !both_held),
-                   by_j = inverse_mass(j, held(j) && !both_held);
+      const double by_i = inverse_mass(i, j), by_j = inverse_mass(j, i);
       if (by_i + by_j == 0.0) continue;
       const double distance = std::sqrt(square), depth = reach - distance;
       give(i, share_of_overlap(by_i, by_j) * depth, way / distance);

@@ -30,10 +30,10 @@ SCRIPT = {
 NUMBER = r"-?\d+(?:\.\d+)?"
 
 
-def scaled(text, words, between, after=""):
+def scaled(text, words, between):
     """`text` with the numbers behind the `words` in their units."""
     for word, unit in words.items():
-        numbers_there = rf"(?m)(^|(?<= ))({word}{between})((?:{NUMBER}[, ]*)+){after}"
+        numbers_there = rf"(?m)(^|(?<= ))({word}{between})((?:{NUMBER}[, ]*)+)"
         text, count = re.subn(
             numbers_there,
             lambda found, unit=unit: found[1] + found[2]
@@ -69,7 +69,7 @@ def test_same_answer_in_other_units(tmp_path, contact):
     ours, collisions = made(tmp_path / "ours", contact, False)
     others, their_collisions = made(tmp_path / "others", contact, True)
     assert len(collisions) == len(their_collisions) > 0
-    units = {"position": LENGTH, "velocity": VELOCITY, "angular_velocity": 1.0 / TIME,
+    units = {"time": TIME, "position": LENGTH, "velocity": VELOCITY, "angular_velocity": 1.0 / TIME,
              "force": DENSITY * (LENGTH * VELOCITY) ** 2}  # fmt: skip
     for name, unit in units.items():
         here, there = ours[f"mobile/{name}"], others[f"mobile/{name}"] / unit
