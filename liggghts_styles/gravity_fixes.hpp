@@ -18,6 +18,8 @@ class GravityFixes {
   /// variables make it.
   explicit GravityFixes(LAMMPS_NS::LAMMPS* lmp);
 
+  bool operator==(const GravityFixes&) const = default;
+
   bool none() const { return pulls_.empty(); }
 
   /// What they come to for a sphere [L/T²].
@@ -33,6 +35,7 @@ class GravityFixes {
   struct Pull {
     int groupbit;
     std::array<double, 3> vector;
+    bool operator==(const Pull&) const = default;
   };
   std::vector<Pull> pulls_;
 };

@@ -144,6 +144,7 @@ void FixCoupleFluid::init() {
 void FixCoupleFluid::setup(int vflag) {
   post_force(vflag);
   done_ = {};
+  checks_.note_gravity();
   if (!tags_noted_) note_tags();  // not before: Modify::setup gives new properties their defaults
 }
 
@@ -359,6 +360,7 @@ void FixCoupleFluid::send_motion(bool changes_follow) {
   must_send_motion_ = changes_follow;
   done_.renewed = changes_follow ? 1 : 0;
   checks_.check_motion(dt_fluid_, deepest_in_walls);
+  checks_.check_gravity_during_run();
   // Once per step: behind the first sub-steps.
   if (done_.stage == 0 || !DemSteps{side_->scene_info().dem_steps}.exchange_in(0))
     collisions_ = finished_collisions();

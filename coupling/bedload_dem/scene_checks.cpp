@@ -110,6 +110,20 @@ void SceneChecks::check_box_and_step(const Box& box, double fluid_time_step) con
             fmt::format("fix couple/fluid: step {}: {}", side_->steps_made() + 1, sentence));
 }
 
+// The fluid has made the spheres' buoyancy of it, once for all.
+void SceneChecks::check_gravity_during_run() const {
+  const GravityFixes now(lmp_);
+  if (now == gravity_) return;
+  constexpr int everybody = ~0;
+  const Triple was = gravity_.on(everybody), is = now.on(everybody);
+  end_job(
+      Program::dem, lmp_->comm->me,
+      fmt::format("fix couple/fluid: step {}: the script's gravity was ({:.6g}, {:.6g}, {:.6g}) "
+                  "when the run began and is ({:.6g}, {:.6g}, {:.6g}) now, but the fluid "
+                  "computes with one gravity; no variable behind 'fix gravity' may change it.",
+                  side_->steps_made() + 1, was[0], was[1], was[2], is[0], is[1], is[2]));
+}
+
 void SceneChecks::check_tags(const std::function<double(int i)>& told_tag) const {
   const LAMMPS_NS::Atom& atom = *lmp_->atom;
   const auto renumbered = lowest_tag(*lmp_, [&](int i) {

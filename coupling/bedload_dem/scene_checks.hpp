@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "coupling/bedload_dem/coupled_spheres.hpp"
+#include "liggghts_styles/gravity_fixes.hpp"
 
 namespace LAMMPS_NS {
 class LAMMPS;
@@ -44,9 +45,14 @@ class SceneChecks {
   void check_fixed() const;
   /// The latter, where no line of the script came between.
   void check_fixed_during_run() const;
+  /// A fix gravity is no more what it was when the run began (a variable makes it). Ends the job,
+  /// on the rank that sees it.
+  void check_gravity_during_run() const;
 
   /// The fluid receives the fixed spheres as they are now. Collective.
   void note_fixed() { told_fixed_ = spheres_.fingerprint_of_fixed(); }
+  /// The run begins with the gravity of now.
+  void note_gravity() { gravity_ = GravityFixes(lmp_); }
 
  private:
   void check_box_and_step(const Box& box, double fluid_time_step) const;
@@ -55,6 +61,7 @@ class SceneChecks {
   LAMMPS_NS::LAMMPS* lmp_;
   CoupledSpheres spheres_;
   DemSide* side_;
+  GravityFixes gravity_;          ///< of the script when the run began
   std::uint64_t told_fixed_ = 0;  ///< fingerprint of the fixed spheres that the fluid received
 };
 

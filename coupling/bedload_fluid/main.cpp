@@ -157,8 +157,8 @@ std::vector<SphereState> share_out(FluidSide& partner, const PartnerScene& dem,
   collectively(job.own(), [&] { validate(settings, dem.told); });
   const Grid grid = make_grid(settings);
   if (cuts.y.empty())
-    cuts = choose_cuts_together(job.own(), grid, dem.told, settings.ranks.along_z,
-                                settings.spheres.forcing_loops);
+    cuts =
+        choose_cuts_together(job.own(), grid, dem.told, settings.ranks.along_z, settings.spheres);
   std::vector<SphereState> near = partner.share_out(block_map(grid, cuts));
   collectively(job.own(), [&] { validate(settings, near); });  // pairs that two ranks knew of
   return near;

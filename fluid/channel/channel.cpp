@@ -21,10 +21,9 @@ Channel<Real>::Channel(const Settings& settings, MPI_Comm comm,
     : settings_(settings),
       grid_(make_grid(settings)),
       decomposition_(grid_, comm,
-                     cuts.y.empty()
-                         ? choose_cuts(grid_, spheres, size_of(comm), settings.ranks.along_z,
-                                       settings.spheres.forcing_loops)
-                         : cuts),
+                     cuts.y.empty() ? choose_cuts(grid_, spheres, size_of(comm),
+                                                  settings.ranks.along_z, settings.spheres)
+                                    : cuts),
       walls_(grid_, decomposition_),
       fields_(grid_, decomposition_.extent()),
       velocity_(fields_[Stored::velocity]),

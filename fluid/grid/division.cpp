@@ -92,7 +92,8 @@ bool divisible(const Grid& grid, int ranks, int z_parts = 0) {
 
 }  // namespace
 
-ForcingWork::ForcingWork(const Grid& grid, std::span<const SphereState> spheres, int loops)
+ForcingWork::ForcingWork(const Grid& grid, std::span<const SphereState> spheres,
+                         const Settings::Spheres& settings)
     : rows_count_(grid.cells[2]),
       planes_(static_cast<std::size_t>(grid.cells[1]), 0.0),
       rows_(static_cast<std::size_t>(grid.cells[2]), 0.0),
@@ -101,8 +102,9 @@ ForcingWork::ForcingWork(const Grid& grid, std::span<const SphereState> spheres,
       row_crossed_(rows_.size(), 0) {
   for (const SphereState& sphere : spheres) {
     const double diameter = 2.0 * sphere.radius / grid.h;
-    const double markers = std::numbers::pi * diameter * diameter;
-    const double work = markers * (loop_cost * loops + (sphere.mobile ? placing_cost : 0.0));
+    const double markers = settings.marker_density * std::numbers::pi * diameter * diameter;
+    const double work =
+        markers * (loop_cost * settings.forcing_loops + (sphere.mobile ? placing_cost : 0.0));
     note_crossed(grid, sphere, 1, plane_crossed_);
     note_crossed(grid, sphere, 2, row_crossed_);
     const std::vector<Cover> across = cover(grid, sphere, 2);
@@ -228,15 +230,15 @@ void broadcast(MPI_Comm comm, std::vector<int>& numbers) {
 }  // namespace
 
 Cuts choose_cuts(const Grid& grid, std::span<const SphereState> spheres, int ranks, int z_parts,
-                 int loops) {
+                 const Settings::Spheres& settings) {
   if (!divisible(grid, ranks, z_parts)) refuse(grid, ranks, z_parts);
-  return shortest_stage(grid, ForcingWork(grid, spheres, loops), ranks, z_parts);
+  return shortest_stage(grid, ForcingWork(grid, spheres, settings), ranks, z_parts);
 }
 
 Cuts choose_cuts_together(MPI_Comm comm, const Grid& grid, std::span<const SphereState> mine,
-                          int z_parts, int loops) {
+                          int z_parts, const Settings::Spheres& settings) {
   if (!divisible(grid, size_of(comm), z_parts)) refuse(grid, size_of(comm), z_parts);
-  ForcingWork forcing(grid, mine, loops);
+  ForcingWork forcing(grid, mine, settings);
   forcing.add_up_on_first(comm);
   Cuts cuts;
   if (rank_in(comm) == 0) cuts = shortest_stage(grid, forcing, size_of(comm), z_parts);

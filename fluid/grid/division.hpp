@@ -8,16 +8,19 @@
 #include "fluid/grid/decomposition.hpp"
 #include "fluid/grid/grid.hpp"
 #include "fluid/grid/sphere.hpp"
+#include "fluid/settings/settings.hpp"
 
 namespace bedload {
 
 /// What forcing costs in each plane and row of cells, [plane][row], in units of the time that one
-/// cell takes in a stage. The markers of a sphere, about pi (D/h)^2 of them, are spread evenly over
-/// its height and over its width (Archimedes; that the two depend on each other is left out).
+/// cell takes in a stage. The markers of a sphere, pi (D/h)^2 of them for a density of 1, are
+/// spread evenly over its height and over its width (Archimedes; that the two depend on each other
+/// is left out).
 class ForcingWork {
  public:
-  /// Of a forcing in `loops` loops; markers of mobile spheres are placed and weighed as well.
-  ForcingWork(const Grid& grid, std::span<const SphereState> spheres, int loops);
+  /// Markers of mobile spheres are placed and weighed as well.
+  ForcingWork(const Grid& grid, std::span<const SphereState> spheres,
+              const Settings::Spheres& settings);
   /// Adds the other ranks' spheres to those of the first one of `comm`; every rank has named
   /// spheres that no other one has. Collective.
   void add_up_on_first(MPI_Comm comm);
@@ -55,14 +58,14 @@ double stage_time(const Grid& grid, const ForcingWork& forcing, const Cuts& cuts
 
 /// The blocks for `ranks` ranks with the shortest stage: over all ways to divide them along y and
 /// z, or with `z_parts` > 0 blocks along z. Planes and rows are weighted by their cells and by some
-/// share of a forcing in `loops` loops, whichever serves best. Throws UserError when there is
+/// share of the forcing, whichever serves best. Throws UserError when there is
 /// no way to give each rank a block.
 Cuts choose_cuts(const Grid& grid, std::span<const SphereState> spheres, int ranks, int z_parts = 0,
-                 int loops = 1);
+                 const Settings::Spheres& settings = {});
 
 /// The same for all ranks of `comm` where each knows some of the spheres, `mine`, and none that
 /// another one has: what they hold does not grow with the number of all spheres. Collective.
 Cuts choose_cuts_together(MPI_Comm comm, const Grid& grid, std::span<const SphereState> mine,
-                          int z_parts = 0, int loops = 1);
+                          int z_parts = 0, const Settings::Spheres& settings = {});
 
 }  // namespace bedload

@@ -33,6 +33,9 @@ REFUSED = {
                  ["time step of LIGGGHTS is 0.0005", "makes it 0.00133333", "dt/reset"]),
     "gravity": (between("unfix weight\nfix weight all gravity 0.7 vector 0 -1 0"),
                 ["since the coupled_run before", "(0, -0.5, 0)", "(0, -0.7, 0)"]),
+    "gravity that a variable changes": (
+        before("unfix weight\nvariable g equal 0.5+1e-3*step\nfix weight all gravity v_g vector 0 -1 0"),
+        ["step 1", "gravity was (0, -0.5, 0) when the run began", "'fix gravity' may change it"]),
     "too small": (between("set atom 9 diameter 0.2"), ["atom 9", "1.6 cells across"]),
     "larger than the box": (between("set atom 10 diameter 2.1"), ["atom 10", "2.1", "only 2 long along z"]),
     "too light": (between("set atom 9 density 0.1"), ["atom 9", "density 0.1", "from 0.3 on"]),
@@ -63,7 +66,11 @@ REFUSED = {
 
 # Commands that initialise LIGGGHTS and make no step.
 NO_STEP = "write_restart ${out}/grains\nwrite_data ${out}/grains.txt\ndelete_atoms overlap 0.1 grains bed compress no"
-TAKEN = {"commands without a step": ("\ncoupled_run", f"\ncoupled_run steps 1\n{NO_STEP}\ncoupled_run\n{NO_STEP}")}
+TAKEN = {
+    "commands without a step": ("\ncoupled_run", f"\ncoupled_run steps 1\n{NO_STEP}\ncoupled_run\n{NO_STEP}"),
+    "gravity that a variable states": before(
+        "unfix weight\nvariable g equal 0.25*2\nfix weight all gravity v_g vector 0 -1 0"),
+}
 
 WARNED = {
     "grains that nothing moves": ((f"{VELOCITY}", "velocity grains set 0 0 0 units box"), (MOTION, "")),

@@ -156,6 +156,11 @@ std::vector<SphereState> heap(int spheres, double radius = 0.4) {
       {.position = {0.8, radius, 0.8}, .radius = radius, .mobile = false});
 }
 
+/// A forcing in `loops` loops with a marker for each cell's volume of a shell, times `density`.
+Settings::Spheres forcing(int loops, double density = 1.0) {
+  return {.forcing_loops = loops, .marker_density = density};
+}
+
 // Two slabs, n planes of 256 cells in the lower one; loads in cells, a marker in one loop is 5. A
 // cell of the lower slab takes 0.7 up and 0.3 down, one of the upper slab, which carries the plane
 // below it along, 0.79 and 0.40. Without spheres n = 11 is best (10 if both paid the same):
@@ -168,7 +173,7 @@ std::vector<SphereState> heap(int spheres, double radius = 0.4) {
 // 0.7 256 n + 2513 + 0.4 256 (20 - n), n = 9: 5252; half of them each, n = 2: 5484 + 1257.
 TEST(ChooseCuts, WeighsTheSlowestRankOfEachPhase) {
   const auto second_slab = [&](const std::vector<SphereState>& spheres) {
-    return choose_cuts(bed_grid, spheres, 2, 1).y.at(1);
+    return choose_cuts(bed_grid, spheres, 2, 1, forcing(1)).y.at(1);
   };
   EXPECT_EQ(second_slab({}), 11);
   EXPECT_EQ(second_slab(heap(1)), 11);
@@ -178,27 +183,29 @@ TEST(ChooseCuts, WeighsTheSlowestRankOfEachPhase) {
 
 TEST(ForcingWork, CountsAllMarkersInTheirPlanesAndRows) {
   const double all = 5.0 * 3.0 * M_PI * 64.0;  // five cells for each of pi (D/h)^2 markers
-  const ForcingWork work(bed_grid, heap(3), 1);
+  const ForcingWork work(bed_grid, heap(3), forcing(1));
   EXPECT_NEAR(work.block(0, 20, 0, 16), all, 1e-9);
   EXPECT_NEAR(work.block(0, 4, 0, 16), 0.5 * all, 1e-9);
   EXPECT_NEAR(work.block(0, 20, 8, 16), 0.5 * all, 1e-9);
   EXPECT_NEAR(work.block(8, 20, 0, 16), 0.0, 1e-9);
   EXPECT_NEAR(work.plane(7), all / 8.0, 1e-9);
   EXPECT_EQ(work.row(3), 0.0);
-  EXPECT_NEAR(ForcingWork(bed_grid, heap(3), 2).block(0, 20, 0, 16), 2.0 * all, 1e-9);
+  EXPECT_NEAR(ForcingWork(bed_grid, heap(3), forcing(2)).block(0, 20, 0, 16), 2.0 * all, 1e-9);
+  EXPECT_NEAR(ForcingWork(bed_grid, heap(3), forcing(1, 0.7)).block(0, 20, 0, 16), 0.7 * all, 1e-9);
   std::vector<SphereState> moving = heap(3);
   for (SphereState& sphere : moving) sphere.mobile = true;
-  EXPECT_NEAR(ForcingWork(bed_grid, moving, 2).block(0, 20, 0, 16), (2.0 + 5.0) * all, 1e-9);
+  EXPECT_NEAR(ForcingWork(bed_grid, moving, forcing(2)).block(0, 20, 0, 16), (2.0 + 5.0) * all,
+              1e-9);
 }
 
 // Planes 0 to 7, rows 4 to 11, less than five cells more on each side; through a seam, too.
 TEST(ForcingWork, KnowsWhichCutsSpheresCross) {
-  const ForcingWork work(bed_grid, heap(1), 1);
+  const ForcingWork work(bed_grid, heap(1), forcing(1));
   for (int j = 0; j < 20; ++j) EXPECT_EQ(work.crosses_plane(j), j >= 1 && j <= 12) << j;
   for (int k = 0; k < 16; ++k) EXPECT_TRUE(work.crosses_row(k)) << k << ": rows -1 to 16";
   Grid no_floor = bed_grid;
   no_floor.walls[1] = {Wall::periodic, Wall::periodic};
-  const ForcingWork around(no_floor, heap(1), 1);
+  const ForcingWork around(no_floor, heap(1), forcing(1));
   for (int j = 0; j < 20; ++j) EXPECT_EQ(around.crosses_plane(j), j <= 12 || j >= 16) << j;
 }
 
@@ -221,20 +228,21 @@ TEST(ChooseCuts, RanksAgreeOnSpheresThatNoneKnowsAll) {
   std::vector<SphereState> mine;
   for (std::size_t n = 0; n < all.size(); ++n)
     if (static_cast<int>(n) % ranks == rank) mine.push_back(all[n]);
-  const Cuts together = choose_cuts_together(MPI_COMM_WORLD, bed_grid, mine, 1);
-  const Cuts alone = choose_cuts(bed_grid, all, ranks, 1);
+  const Cuts together = choose_cuts_together(MPI_COMM_WORLD, bed_grid, mine, 1, forcing(1));
+  const Cuts alone = choose_cuts(bed_grid, all, ranks, 1, forcing(1));
   EXPECT_EQ(together.y, alone.y);
   EXPECT_EQ(together.z, alone.z);
-  if (ranks == 2) EXPECT_NE(alone.y, choose_cuts(bed_grid, mine, ranks, 1).y) << "too easy";
+  if (ranks == 2)
+    EXPECT_NE(alone.y, choose_cuts(bed_grid, mine, ranks, 1, forcing(1)).y) << "too easy";
 }
 
 TEST(ForcingWork, RanksAddUpTheirSpheres) {
   const int ranks = size_of(MPI_COMM_WORLD), rank = rank_in(MPI_COMM_WORLD);
   const std::vector<SphereState> one = heap(1), none;
-  ForcingWork together(bed_grid, rank + 1 == ranks ? one : none, 1);
+  ForcingWork together(bed_grid, rank + 1 == ranks ? one : none, forcing(1));
   together.add_up_on_first(MPI_COMM_WORLD);
   if (rank != 0) return;
-  const ForcingWork alone(bed_grid, one, 1);
+  const ForcingWork alone(bed_grid, one, forcing(1));
   EXPECT_EQ(together.block(0, 7, 3, 16), alone.block(0, 7, 3, 16));
   for (int j = 0; j < 20; ++j) {
     EXPECT_EQ(together.plane(j), alone.plane(j));
