@@ -208,6 +208,41 @@ def test_stick_on_a_slope(tmp_path, settings):
     assert (steep.v[0, 0] - steep_early.v[0, 0]) / time == pytest.approx(sliding, rel=1e-3)
 
 
+@pytest.mark.parametrize("settings", ["stickAfter 20", "stickTime 4e-3"])
+def test_static_friction_is_a_spring(tmp_path, settings):
+    """A sphere that rests on a slope goes on by Δs = ΔF_t/k_t when the slope gets steeper, the normal load staying
+    what it is: k_t = 2/7 F_n/δ, so Δs = 7/2 δ Δ(tan θ). It goes back when the slope does, and no creep is left.
+    Bound: damping, taken at the middle of a step, lets the spring bear d Δt/(2m) = 0.4 % more than the weight."""
+    contact = "model actm tangential haff_werner"
+    slopes = [0.05, 0.15, 0.05]
+
+    def weight(slope):  # with the normal component G on all of them
+        return f"fix weight all gravity {G * np.hypot(1, slope)!r} vector {slope!r} -1 0"
+
+    scene = Scene(
+        [Sphere((0.0, D / 2 + 1e-7, 0.0), (0, -1e-4, 0), diameter=D)],
+        box=((-0.1, 0.5), (-0.02, 0.05), (-0.1, 0.1)),
+        restitution=0.5,
+        friction=0.3,
+        fluid_step=2e-4,
+        contact=contact,
+        settings=settings,
+        lines=[f"fix floor all wall/gran {contact} primitive type 1 yplane 0.0 {settings}", weight(slopes[0])],
+        integrate="fix integrate all nve",
+    )
+    lines = ["run 20000", *dump_now("0.dump")]
+    for n, slope in enumerate(slopes[1:], 1):
+        lines += ["unfix weight", weight(slope), "run 20000", *dump_now(f"{n}.dump")]
+    scene.run(tmp_path, lines)
+    states = [read_dump(tmp_path / f"{n}.dump") for n in range(len(slopes))]
+    overlap = D / 2 - states[0].x[0, 1]
+    expected = 3.5 * overlap * (slopes[1] - slopes[0])
+    there, back = (states[n + 1].x[0, 0] - states[n].x[0, 0] for n in range(2))
+    assert overlap > 1e-7 * D
+    assert there == pytest.approx(expected, rel=0.01)
+    assert back == pytest.approx(-there, rel=1e-6)
+
+
 def overlaps(x):
     """Overlaps of all touching pairs [m]."""
     apart = np.linalg.norm(x[:, None] - x[None], axis=2)[np.triu_indices(len(x), 1)]
