@@ -180,8 +180,9 @@ def experiment(plan: Plan, options: argparse.Namespace) -> Experiment:
             if not options.report_only:
                 complete(member, plan, ranks)
             try:
-                outputs[model, shields] = Run(member.out)
-                points.append(point_of(outputs[model, shields], model, shields, since))
+                run = Run(member.out)
+                points.append(point_of(run, model, shields, since))
+                outputs[model, shields] = run
                 runs.append(member)
             except MissingOutput as missing:
                 print(f"bedload: left out of the report: {missing}", flush=True)

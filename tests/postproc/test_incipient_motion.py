@@ -1,5 +1,6 @@
 """Onset of motion: numbers worked out by hand, and thresholds of made-up points."""
 
+import argparse
 import math
 from dataclasses import replace
 
@@ -17,7 +18,8 @@ from bedload_post.incipient_motion import (
     transport_rate,
     wong_parker,
 )
-from bedload_studies import threshold_report
+from bedload_studies import threshold, threshold_report
+from synthetic import wandering_story, write_run
 
 
 def value(mean, half=0.0):
@@ -169,11 +171,26 @@ def test_a_kept_threshold_is_written_anew(tmp_path):
     assert (tmp_path / "motion.png").read_bytes() == b"kept"
 
 
+def test_a_run_that_is_not_over_is_left_out_of_the_report(tmp_path, capsys):
+    """At the Shields number whose maps of motion are drawn, too."""
+    for name in ("bed", "rpm-0.03", "actm-0.03"):
+        write_run(tmp_path / name, wandering_story())
+    samples = tmp_path / "rpm-0.03" / "spheres.h5"
+    samples.rename(samples.with_name("spheres.h5.part"))
+    parser = argparse.ArgumentParser()
+    threshold.add_options(parser)
+    line = ["--report-only", "--models", "rpm", "actm", "--shields", "0.03", "--discard", "0.1", "--out", str(tmp_path)]
+    assert threshold.run(parser.parse_args(line)) == 0
+    said = capsys.readouterr().out
+    assert "left out of the report" in said and "rpm-0.03/spheres.h5.part is of a run that goes on" in said
+    assert [p.model for p in threshold_report.read(tmp_path / "report").points] == ["actm"]
+
+
 def test_a_threshold_stands_beside_that_of_exposed_grains():
-    beside, threshold = threshold_report.beside_exposed, incipient_motion.Threshold
-    assert beside(threshold(math.nan, math.nan, math.nan)) == ""
-    assert "agrees with that of exposed grains, 0.01" in beside(threshold(0.012, 0.009, 0.015))
-    assert "1.40 times that of exposed grains" in beside(threshold(0.014, 0.0127, 0.015))
+    beside, limit = threshold_report.beside_exposed, incipient_motion.Threshold
+    assert beside(limit(math.nan, math.nan, math.nan)) == ""
+    assert "agrees with that of exposed grains, 0.01" in beside(limit(0.012, 0.009, 0.015))
+    assert "1.40 times that of exposed grains" in beside(limit(0.014, 0.0127, 0.015))
 
 
 def test_a_verdict_follows_the_interval():
