@@ -3,26 +3,34 @@
 Runs inputs/channel180 (a coarse start that becomes turbulent, then the scene's own grid), or takes
 the outputs of runs made before (--from), and compares: mean velocity within 2 %, peaks of the
 fluctuations within 3 %, total stress a straight line. Leaves profiles.png and numbers.json in
-postproc/reports/channel180.
+postproc/reports/channel180. The command may be given again: a run that is done is left alone, one that
+was interrupted, or has to become longer, goes on.
 """
 
 import argparse
 import csv
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from bedload_launcher import bench, job
-from bedload_launcher.build import ROOT
+from bedload_launcher.build import BIN, ROOT
+from bedload_launcher.errors import UserError
+from bedload_launcher.override import override_table
 from bedload_launcher.scenes import find_scene
 from bedload_post import flow_statistics, profile_figures
+from bedload_post.outputs import Run
+
+from . import made_by, models
 
 SCENE = "channel180"
 REFERENCE = Path(__file__).parent / "reference"
 REPORT = ROOT / "postproc" / "reports" / SCENE
 MEAN_BOUND, RMS_BOUND, STRESS_BOUND = 0.02, 0.03, 0.02
+MAY_DIFFER = ("time.end=", "start.file=")  # a longer flow goes on; the folders may have moved
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -60,12 +68,36 @@ def compute(options: argparse.Namespace) -> Path:
     go_on = ['start.from="state"', f'start.file="{coarse}/state.h5"', "statistics.from=15.0",
              f"time.end={options.time + 15.0}"]  # fmt: skip
     for out, changes in ((coarse, start), (fine, go_on)):
-        out.mkdir(parents=True, exist_ok=True)
-        work = job.Job(scene, None, ranks, out, changes)
-        status = job.run(work.command(), scene.folder)
+        status = make(job.Job(scene, None, ranks, out, changes))
         if status != 0:
             sys.exit(status)
     return fine
+
+
+def make(work: job.Job) -> int:
+    """Starts a run, or goes on with it; returns the job's status. One that is done is left alone."""
+    out, made = work.out, made_by.now(work, BIN)
+    end = models.settings_of(work.scene, work.overrides)["time"]["end"]
+    done = models.finished(out, end) and (out / "state.h5").is_file()
+    if done or any(out.glob("checkpoint_*")):
+        check_same(work, made)
+    if done:
+        print(f"bedload: {out.name} is done", flush=True)
+        return 0
+    going_on = models.taken_up(out)
+    made_by.note(out, made)
+    print(f"bedload: {work.summary()}{', going on' if going_on else ''}; {out}", flush=True)
+    return job.run(replace(work, restart=out if going_on else None).command(), work.scene.folder)
+
+
+def check_same(work: job.Job, made: dict[str, str]) -> None:
+    """Raises UserError where the run in the job's folder has other settings, or was made by others."""
+    made_by.check(work.out, made)
+    settings = Run(work.out).settings
+    for text in work.overrides:
+        if not text.startswith(MAY_DIFFER) and models.laid_over(settings, override_table(text)) != settings:
+            raise UserError(f"{work.out} holds a run without {text}, which is this study's: name another folder with "
+                            "--out, or start anew without the folder.")  # fmt: skip
 
 
 def largest_difference(y, values, y_reference, reference, lowest, highest) -> float:
@@ -140,6 +172,8 @@ def run(options: argparse.Namespace) -> int:
     record = numbers | bench.circumstances()
     if options.outputs:  # the runs may be older than the program of today
         record["commit_of_comparison"] = record.pop("commit")
+    else:
+        record["commit"] = made_by.of_all(outputs)
     (options.report / "numbers.json").write_text(json.dumps(record, indent=2, default=bool) + "\n")
     print(f"Re_tau {numbers['Re_tau']:.1f}, U_b+ {numbers['U_b_plus']:.2f}, U_c+ {numbers['U_c_plus']:.2f}")
     print(f"mean velocity: largest difference {100 * numbers['mean_difference']:.2f} %")

@@ -28,21 +28,31 @@ def now(work: job.Job, programs: Path) -> dict[str, str]:
     }
 
 
-def note(out: Path, made: dict[str, str], other_commit: bool = False) -> None:
-    """Keeps `made` beside the run in `out`; refuses to go on with a run that was made by another."""
-    file = out / FILE
-    if file.is_file():
-        before = json.loads(file.read_text(encoding="utf-8"))
-        names = [n for n in WORDS if before.get(n) != made[n] and not (other_commit and n == "commit")]
-        if names:
-            raise UserError(
-                f"{out} was begun with {WORDS[names[0]]} {before.get(names[0])}, and this is "
-                f"{made[names[0]]}: a record is of one; take that one again, name another folder with "
-                "--out, or start anew without the folder."
-                + (" --other-commit goes on all the same." if names == ["commit"] else "")
-            )
+def note(out: Path, made: dict[str, str], other_commit: bool | None = None) -> None:
+    """Keeps `made` beside the run in `out`; refuses to go on with a run that was made by another.
+
+    other_commit: what --other-commit says, None of a study without it.
+    """
+    if before := check(out, made, other_commit):
         made = made | {"commit": _both(before["commit"], made["commit"])}
-    file.write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
+    (out / FILE).write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
+
+
+def check(out: Path, made: dict[str, str], other_commit: bool | None = None) -> dict[str, str]:
+    """What the run in `out` was made by, empty where that is not known; refuses one that was made by another."""
+    file = out / FILE
+    if not file.is_file():
+        return {}
+    before = json.loads(file.read_text(encoding="utf-8"))
+    names = [n for n in WORDS if before.get(n) != made[n] and not (other_commit and n == "commit")]
+    if names:
+        raise UserError(
+            f"{out} was begun with {WORDS[names[0]]} {before.get(names[0])}, and this is "
+            f"{made[names[0]]}: a record is of one; take that one again, name another folder with "
+            "--out, or start anew without the folder."
+            + (" --other-commit goes on all the same." if names == ["commit"] and other_commit is not None else "")
+        )
+    return before
 
 
 def _both(before: str, present: str) -> str:

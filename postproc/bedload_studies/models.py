@@ -216,16 +216,16 @@ def settings_of(scene: Scene, overrides: Sequence[str]) -> dict:
     """fluid.toml with the values of --set laid over it."""
     settings = tomllib.loads((scene.folder / "fluid.toml").read_text(encoding="utf-8"))
     for text in overrides:
-        settings = _laid_over(settings, override_table(text))
+        settings = laid_over(settings, override_table(text))
     return settings
 
 
-def _laid_over(values: dict, others: dict) -> dict:
+def laid_over(values: dict, others: dict) -> dict:
     """`values` with what `others` say in its place, table by table."""
     both = values | others
     for name in values.keys() & others.keys():
         if isinstance(values[name], dict) and isinstance(others[name], dict):
-            both[name] = _laid_over(values[name], others[name])
+            both[name] = laid_over(values[name], others[name])
     return both
 
 
@@ -263,20 +263,14 @@ def placed(member: Member, start_from: Path | None) -> dict[str, str]:
 
 def run_member(
     member: Member, ranks: job.Ranks, overrides: Sequence[str],
-    start_from: Path | None = None, other_commit: bool = False,
+    start_from: Path | None = None, other_commit: bool | None = None,
 ) -> int:  # fmt: skip
     """Starts a run, or goes on with it; returns the job's status."""
     settings = settings_of(member.scene, overrides)
     if finished(member.out, settings["time"]["end"]):
         print(f"bedload: {member.out.name} is done", flush=True)
         return 0
-    going_on = any(member.out.glob("checkpoint_*"))
-    if going_on:
-        job.keep_part(member.out)
-    elif (member.out / "settings.toml").is_file():
-        # Nothing to go on from: its output would be mixed with the new run's.
-        member.out.rename(_free_name(member.out))
-    member.out.mkdir(parents=True, exist_ok=True)
+    going_on = taken_up(member.out)
     work = job.Job(
         member.scene, member.model, ranks, member.out,
         [*overrides, *member.overrides(settings), *begin(member, start_from)],
@@ -286,6 +280,18 @@ def run_member(
     made_by.note(member.out, made_by.now(work, BIN), other_commit)
     print(f"bedload: {work.summary()}{', going on' if going_on else ''}; {member.out}", flush=True)
     return job.run(work.command(), member.scene.folder)
+
+
+def taken_up(out: Path) -> bool:
+    """Makes the folder `out` ready for a run; whether one there goes on from its last checkpoint."""
+    going_on = any(out.glob("checkpoint_*"))
+    if going_on:
+        job.keep_part(out)
+    elif (out / "settings.toml").is_file():
+        # Nothing to go on from: its output would be mixed with the new run's.
+        out.rename(_free_name(out))
+    out.mkdir(parents=True, exist_ok=True)
+    return going_on
 
 
 def _free_name(out: Path) -> Path:

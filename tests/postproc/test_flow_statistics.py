@@ -1,10 +1,14 @@
 """Flow statistics: pieces of one flow put together, a channel's halves in wall units, the comparison."""
 
+import argparse
 from dataclasses import replace
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from bedload_launcher import job
+from bedload_launcher.errors import UserError
 from bedload_post import flow_statistics, profile_figures
 from bedload_post.outputs import MissingOutput, Run
 from bedload_studies import channel180
@@ -104,3 +108,44 @@ def test_stress_less_what_planes_speed_up_by_is_a_straight_line(tmp_path):
     bent = s["viscous"] + 0.5 * (face**2 - 2 * face)  # int (y - 1) dy from the floor
     s = replace(s, profiles=s.profiles | {"acceleration": y - 1.0, "viscous": bent})
     assert channel180.steady_defect(s) == pytest.approx(0.0, abs=1e-9)
+
+
+def ended(line, _):
+    """Leaves in the folder of an mpirun line what such a run does that has reached its end."""
+    said = dict(word.split("=", 1) for before, word in zip(line, line[1:], strict=False) if before == "--set")
+    out = Path(line[line.index("--out") + 1])
+    (out / "settings.toml").write_text("".join(f"{key} = {value}\n" for key, value in said.items()))
+    (out / "history.csv").write_text(f"step,time,dt\n1,{said['time.end']},0.02\n")
+    (out / "timing.csv").write_text("part,seconds_mean_over_ranks\n")
+    (out / "state.h5").touch()
+    (out / "checkpoint_00000001").mkdir(exist_ok=True)
+    return 0
+
+
+def test_the_study_of_the_channel_may_be_given_again(tmp_path, monkeypatch):
+    """What is done is left alone, what is not over goes on, other settings are refused."""
+    lines = []
+    monkeypatch.setattr(job, "run", lambda line, folder: lines.append(line) or ended(line, folder))
+
+    def study(*words):
+        lines.clear()
+        parser = argparse.ArgumentParser()
+        channel180.add_options(parser)
+        fine = channel180.compute(parser.parse_args(["--out", str(tmp_path), "--time", "100", *words]))
+        assert fine == tmp_path / "fine"
+        return [(Path(line[line.index("--out") + 1]).name, "--restart" in line) for line in lines]
+
+    assert study() == [("coarse", False), ("fine", False)]
+    assert study() == []
+    assert study("--time", "200") == [("fine", True)]
+    assert lines[0][lines[0].index("--restart") + 1] == str(tmp_path / "fine") and "time.end=215.0" in lines[0]
+    (tmp_path / "coarse" / "timing.csv").unlink()  # was interrupted
+    assert study() == [("coarse", True)]
+    (tmp_path / "coarse" / "state.h5").unlink()
+    (tmp_path / "coarse" / "checkpoint_00000001").rmdir()
+    assert study() == [("coarse", False)]
+    assert (tmp_path / "coarse.cut1" / "settings.toml").is_file()
+    settings = tmp_path / "coarse" / "settings.toml"
+    settings.write_text(settings.read_text().replace("time.step = 0.12", "time.step = 0.11"))
+    with pytest.raises(UserError, match="coarse holds a run without time.step=0.12"):
+        study()

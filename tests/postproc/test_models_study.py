@@ -72,7 +72,9 @@ def test_records_of_different_makers_are_not_mixed(tmp_path):
     with pytest.raises(UserError, match="one was begun with the programs p, and this is q"):
         made_by.note(outs[0], made | {"programs": "q"})
     with pytest.raises(UserError, match="the commit a1, and this is b2.*--other-commit goes on"):
-        made_by.note(outs[0], made | {"commit": "b2"})
+        made_by.note(outs[0], made | {"commit": "b2"}, other_commit=False)
+    with pytest.raises(UserError, match="the commit a1, and this is b2.*without the folder.$"):
+        made_by.note(outs[0], made | {"commit": "b2"})  # a study without that option
     made_by.note(outs[0], made | {"commit": "b2"}, other_commit=True)
     with pytest.raises(UserError, match="differ in the commit.*one: a1, b2; two: a1"):
         made_by.of_all(outs)
