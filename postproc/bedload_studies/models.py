@@ -145,7 +145,7 @@ def members(options: argparse.Namespace, scene: Scene) -> list[Member]:
     found = []
     if with_bed(options, scene):
         out = (options.out / f"{scene.name}-{BED}").resolve()
-        found.append(Member(scene, "actm", None, options.gravity, out, {"placing": "none"}))
+        found.append(Member(scene, "actm", None, options.gravity, out, bed_variables(options, scene)))
     for density in densities:
         for asked in options.models:
             model = choose_model(scene, asked) or asked
@@ -154,6 +154,14 @@ def members(options: argparse.Namespace, scene: Scene) -> list[Member]:
             out = (options.out / name).resolve()
             found.append(Member(scene, model, density, options.gravity, out, given))
     return found
+
+
+def bed_variables(options: argparse.Namespace, scene: Scene) -> dict[str, str]:
+    """Of in.liggghts without mobile grains: those of --var that it reads whatever the collision model."""
+    none = {"placing": "none"}
+    known = scene.variables({"model": ""} | none)
+    texts = [text for text in options.var if text.partition("=")[0].strip() in known]
+    return read_variables(scene, "actm", texts) | none
 
 
 def check(options: argparse.Namespace, scene: Scene) -> None:

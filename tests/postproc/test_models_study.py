@@ -31,6 +31,18 @@ def test_setup2_has_one_run_a_model(tmp_path):
     assert [m.model for m in alone] == ["rpm", "rpm_hw", "actm", "actm_hw"]
 
 
+def test_variables_reach_the_bed_without_grains():
+    """Another box, say; not the keywords of a collision model, which would be another's."""
+    scene = find_scene("setup2_small")
+    given = {"length_x": "52", "placing": "pocket", "contact_settings": "slope 3"}
+    words = [word for name, value in given.items() for word in ("--var", f"{name}={value}")]
+    bed, rpm = models.members(options("--models", "rpm", *words), scene)
+    assert bed.variables() == {"length_x": "52", "placing": "none"} and not bed.grains
+    assert rpm.variables() == given
+    with pytest.raises(UserError, match="no variable of setup2_small's in.liggghts 'lenght_x'"):
+        models.members(options("--var", "lenght_x=52"), scene)
+
+
 def test_setup1_varies_the_density_alone(tmp_path):
     scene = find_scene("setup1_small")
     runs = models.members(options("--scene", "setup1_small", "--out", str(tmp_path)), scene)
