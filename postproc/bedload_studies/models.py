@@ -190,23 +190,25 @@ def with_bed(options: argparse.Namespace, scene: Scene) -> bool:
 def asked_settings(options: argparse.Namespace, scene: Scene) -> list[str]:
     """--set with what --cells, --discard and --flow-throughs say in front of it."""
     own = []
-    settings = settings_of(scene, [])
-    length = settings["grid"]["length"]
+    settings = settings_of(scene, options.set)
     if options.cells is not None:
-        own += refined(settings, options.cells)
+        own += refined(settings_of(scene, []), options.cells, settings)
     if options.flow_throughs is not None:
-        through = length[0] / settings["reference"]["velocity"]
+        through = settings["grid"]["length"][0] / settings["reference"]["velocity"]
         discard = start_up(options, scene)
         own.append(f"time.end={(discard + options.flow_throughs) * through!r}")
         own.append(f"statistics.from={discard * through!r}")
     return [*own, *options.set]
 
 
-def refined(settings: dict, cells: int) -> list[str]:
-    """Grid and time step with so many cells to a diameter, at the scene's Courant number."""
-    length, diameter = settings["grid"]["length"], settings["reference"]["diameter"]
+def refined(settings: dict, cells: int, asked: dict | None = None) -> list[str]:
+    """Grid and time step with so many cells to a diameter, at the Courant number of the scene's `settings`; `asked`:
+    settings of another box or diameter."""
+    box = asked or settings
+    length, diameter = box["grid"]["length"], box["reference"]["diameter"]
     grid = [round(edge / diameter * cells) for edge in length]
-    step = settings["time"]["step"] * settings["grid"]["cells"][0] / grid[0]
+    own = settings["grid"]["length"][0] / settings["grid"]["cells"][0]
+    step = settings["time"]["step"] * length[0] / grid[0] / own
     return [f"grid.cells={grid}", f"time.step={float(f'{step:.6g}')!r}"]
 
 

@@ -73,6 +73,18 @@ def test_cells_refine_the_same_scene():
     assert models.asked_settings(options(), scene) == []
 
 
+def test_length_and_grid_follow_the_box_that_is_set():
+    """Twice as long: a flow-through takes 52 D/u_b at u_b = 1, 26 at 2; a cell of D/20 has half the step still."""
+    scene = find_scene("setup2_small")
+    box = "grid.length=[52.0, 10.0, 13.0]"
+    asked = options("--cells", "20", "--flow-throughs", "10", "--discard", "2", "--set", box)
+    assert models.asked_settings(asked, scene) == [
+        "grid.cells=[1040, 200, 260]", "time.step=0.0325", "time.end=624.0", "statistics.from=104.0", box,
+    ]  # fmt: skip
+    fast = options("--flow-throughs", "10", "--discard", "2", "--set", box, "--set", "reference.velocity=2.0")
+    assert models.asked_settings(fast, scene)[:2] == ["time.end=312.0", "statistics.from=52.0"]
+
+
 def test_records_of_different_makers_are_not_mixed(tmp_path):
     made = {"commit": "a1", "programs": "p", "scene": "s", "model": "rpm"}
     for name in ("one", "two"):
