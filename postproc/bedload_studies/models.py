@@ -40,6 +40,11 @@ START_UP = 3.0  # flow-throughs L_x/u_b, of a scene that does not say
 PAPER_MODELS = ("rpm", "rpm_hw", "actm", "actm_hw")
 PAPER_DENSITIES, PAPER_DENSITY_2 = (1.25, 1.75, 2.25), 1.2  # Setup I, Setup II
 BED = "bed"  # the run without mobile grains
+# Of fluid.toml, as far as the studies read it (inputs/KEYS.md).
+DEFAULTS = {"fluid": {"density": 1.0}, "reference": {"velocity": 1.0, "height": 1.0, "diameter": 1.0}}
+REQUIRED = (
+    ("grid", "cells"), ("grid", "length"), ("fluid", "kinematic_viscosity"), ("time", "step"), ("time", "end"),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -223,10 +228,17 @@ def finished(out: Path, end: float) -> bool:
 
 
 def settings_of(scene: Scene, overrides: Sequence[str]) -> dict:
-    """fluid.toml with the values of --set laid over it."""
-    settings = tomllib.loads((scene.folder / "fluid.toml").read_text(encoding="utf-8"))
+    """fluid.toml over the DEFAULTS, with the values of --set laid over it.
+
+    Raises UserError where a key is missing that has no default.
+    """
+    file = scene.folder / "fluid.toml"
+    settings = laid_over(DEFAULTS, tomllib.loads(file.read_text(encoding="utf-8")))
     for text in overrides:
         settings = laid_over(settings, override_table(text))
+    for table, key in REQUIRED:
+        if key not in settings.get(table, {}):
+            raise UserError(f"{file}: the key '{table}.{key}' is missing.")
     return settings
 
 

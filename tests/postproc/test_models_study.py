@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from bedload_launcher import job
 from bedload_launcher.errors import UserError
-from bedload_launcher.scenes import find_scene
+from bedload_launcher.scenes import INPUTS, Scene, find_scene
 from bedload_post.outputs import Run
-from bedload_studies import made_by, models
+from bedload_studies import made_by, models, threshold
 from synthetic import wandering_story, write_run
 
 
@@ -147,6 +147,63 @@ def test_set_reaches_what_follows_from_it():
     assert settings["time"]["end"] == 3
     assert settings["fluid"]["density"] == 2.0
     assert settings["time"]["step"] > 0
+
+
+LEAST = """\
+[grid]
+cells = [60, 20, 20]
+length = [6.0, 2.0, 2.0]
+[fluid]
+kinematic_viscosity = 0.01
+[time]
+step = 0.01
+end = 9.0
+[statistics]
+from = 3.0
+[reference]
+sphere_density = 1.5
+"""
+
+
+def scene_of(folder, text):
+    (folder / "fluid.toml").write_text(text)
+    return Scene(folder)
+
+
+def test_what_a_scene_leaves_out_has_its_default(tmp_path):
+    scene = scene_of(tmp_path, LEAST)
+    settings = models.settings_of(scene, ["reference.velocity=2.0"])
+    assert settings["reference"] == {"velocity": 2.0, "height": 1.0, "diameter": 1.0, "sphere_density": 1.5}
+    asked = options("--cells", "20", "--flow-throughs", "2")
+    assert models.asked_settings(asked, scene)[:3] == ["grid.cells=[120, 40, 40]", "time.step=0.005", "time.end=15.0"]
+    heavy = models.Member(scene, "actm", 2.0, None, tmp_path, {})
+    assert heavy.overrides(models.settings_of(scene, [])) == ["reference.sphere_density=2.0"]
+    plan = threshold.Plan(scene, 10, 12.0, 4.0, tmp_path)
+    assert plan.time_unit == 6.0 and "time.end=72.0" in plan.overrides()
+    assert threshold.gravity_for(0.1, 0.2, plan.settings) == pytest.approx(0.2**2 / (0.5 * 0.1))
+    bare = scene_of(tmp_path, LEAST.partition("[statistics]")[0])
+    assert models.settings_of(bare, [])["reference"] == models.DEFAULTS["reference"]
+
+
+def test_defaults_and_required_keys_are_those_of_the_program():
+    rows = [line.split(" | ") for line in (INPUTS / "KEYS.md").read_text().splitlines() if line.startswith("| `")]
+    said = {row[0].strip("| `"): (row[3], row[4].strip(" |`")) for row in rows}
+    assert {key for key, (allowed, _) in said.items() if "required" in allowed} == {
+        f"{table}.{key}" for table, key in models.REQUIRED
+    }
+    for table, values in models.DEFAULTS.items():
+        assert values == {key: float(said[f"{table}.{key}"][1]) for key in values}
+
+
+@pytest.mark.parametrize(
+    ("line", "key"),
+    [("length = [6.0, 2.0, 2.0]", "grid.length"), ("end = 9.0", "time.end"),
+     ("[fluid]\nkinematic_viscosity = 0.01", "fluid.kinematic_viscosity")],
+)  # fmt: skip
+def test_a_key_that_is_missing_is_told(tmp_path, line, key):
+    scene = scene_of(tmp_path, LEAST.replace(line, ""))
+    with pytest.raises(UserError, match=f"fluid.toml: the key '{key}' is missing."):
+        models.asked_settings(options(), scene)
 
 
 def test_bare_words_stand_for_texts():
