@@ -20,7 +20,7 @@ from . import accuracy_scene
 from .accuracy_cases import CASES, PricedRunner, choices
 from .accuracy_report import write_report
 from .earlier_run import add_start_from
-
+from .scene_answers import refuse_needless
 
 OF_A_SCENE = ("hours", "quantity", "model", "ranks", "set", "start_from")
 OF_CASES = ("case", "again")
@@ -106,9 +106,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    others, of_which = (OF_A_SCENE, "a SCENE of one's own") if options.scene is None else (OF_CASES, "the known cases")
-    if needless := [name for name in others if vars(options)[name]]:
-        raise UserError(f"--{needless[0].replace('_', '-')} is for {of_which} alone.")
+    refuse_needless(options, OF_A_SCENE, OF_CASES, "the known cases")
     if options.scene is not None:
         return accuracy_scene.run(options)
     for name in options.case or []:

@@ -4,6 +4,7 @@ An answer is the mean of a series over the second half of a run (or what --since
 batches.py: two settings differ where their difference is larger than both intervals together.
 """
 
+import argparse
 import math
 import os
 import resource
@@ -28,6 +29,16 @@ MOVING = 0.01  # of u_b: slower grains rest, as in states.py
 FEWEST = 4  # values of a series that has a mean
 LEAST_SECONDS, MOST_REPEATS = 3.0, 6  # a run is repeated until it has cost that much in all
 SPREAD = 0.03  # of a cost, below which it is a number
+
+
+def refuse_needless(
+    options: argparse.Namespace, of_a_scene: Sequence[str], of_cases: Sequence[str], cases: str
+) -> None:
+    """Raises UserError for an option that has no effect: one of a SCENE where none is named, one of the study's own
+    `cases` where one is."""
+    names, whose = (of_a_scene, "a SCENE of one's own") if options.scene is None else (of_cases, cases)
+    if needless := [name for name in names if vars(options)[name]]:
+        raise UserError(f"--{needless[0].replace('_', '-')} is for {whose} alone.")
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from pathlib import Path
 from bedload_launcher import job
 from bedload_launcher.errors import unknown
 from bedload_launcher.machine import cores
+from bedload_launcher.numbers import whole
 from bedload_launcher.scenes import Scene
 from bedload_launcher.words import end_of, read_rows
 from bedload_post.outputs import MissingOutput
@@ -27,9 +28,12 @@ from . import stability_scene
 from .criteria import REFUSED, SEVERITY, STOPPED, UNSTABLE, Verdict
 from .hard_cases import CASES, HardCase
 from .runaway import without_cause
+from .scene_answers import refuse_needless
 from .stability_report import write_report
 from .trajectories import Trajectories
 
+OF_A_SCENE = ("time", "model", "ranks", "set")
+OF_CASES = ("case", "quick", "long", "again", "jobs")
 TIMEOUT = 1800  # s: a run that hangs is a verdict too
 
 
@@ -143,13 +147,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quick", action="store_true", help="one time step a value, double only")
     parser.add_argument("--long", action="store_true", help="with the cases that take hours")
     parser.add_argument("--again", action="store_true", help="repeat what the table has already")
-    parser.add_argument("--jobs", type=int, default=cores(), help="runs at a time (default: cores)")
+    parser.add_argument("--jobs", type=whole(1), metavar="N", help="runs at a time (default: cores)")
     parser.add_argument(
         "--out", type=Path, default=Path("runs/stability"), help="folder of the report"
     )
 
 
 def run(options: argparse.Namespace) -> int:
+    refuse_needless(options, OF_A_SCENE, OF_CASES, "the hard cases")
     if options.scene is not None:
         return stability_scene.run(options)
     for name in options.case or []:
@@ -170,7 +175,7 @@ def run(options: argparse.Namespace) -> int:
         shutil.rmtree(folder, ignore_errors=True)
         return run_cell(case, value, courant, precision, folder.resolve())
 
-    with ThreadPoolExecutor(options.jobs) as pool:
+    with ThreadPoolExecutor(options.jobs or cores()) as pool:
         for cell in pool.map(one, plan(cases, options.quick)):
             done[cell.key()] = cell
             print(

@@ -1,10 +1,12 @@
 """The hard cases' criteria on made-up runs: the right one passes, one whose tested term is missing,
 doubled or turned about does not."""
 
+import argparse
 import math
 
 import numpy as np
 import pytest
+from bedload_launcher.errors import UserError
 from bedload_launcher.words import end_of
 from bedload_studies import criteria, runaway, stability
 from bedload_studies.criteria import PASS, Check, worst
@@ -391,6 +393,22 @@ def test_a_stopped_run_is_judged_by_its_grains(tmp_path, fastest, verdict):
 def test_verdicts_are_counted():
     cells = [stability.Cell("a", "1", 0.1, "double", kind) for kind in ("pass", "pass", "stopped")]
     assert stability.counted(cells) == "3 runs: 2 pass, 0 inaccurate, 0 unstable, 1 stopped, 0 refused"
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [*(([name, "1"], f"{name} is for a SCENE of one's own") for name in ("--time", "--model", "--ranks", "--set")),
+     *((["setup2_small", *words], f"{words[0]} is for the hard cases")
+       for words in (["--case", "crowd"], ["--quick"], ["--long"], ["--again"], ["--jobs", "2"]))],
+)  # fmt: skip
+def test_options_of_the_other_kind_are_refused(line, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(stability, "run_cell", lambda *_: pytest.fail("a run was started"))
+    monkeypatch.setattr(stability.stability_scene, "run", lambda _: pytest.fail("a run was started"))
+    parser = argparse.ArgumentParser()
+    stability.add_options(parser)
+    with pytest.raises(UserError, match=f"{told} alone."):
+        stability.run(parser.parse_args(line))
 
 
 def test_warnings_are_no_ends():
