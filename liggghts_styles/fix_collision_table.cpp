@@ -11,6 +11,9 @@
 #include <filesystem>
 #include <fstream>
 #include <span>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/hand_on.hpp"
@@ -24,6 +27,27 @@ constexpr const char* style_name = "fix collision/table";
 constexpr const char* columns =
     "tag_i,tag_j,time_start,time_end,x,y,z,impact_speed_normal,impact_speed_tangential,"
     "rebound_speed_normal,impulse_normal,impulse_tangential,largest_overlap\n";
+
+/// By `order`, then tags: the same order on any number of ranks.
+template <class Row>
+std::string text_of(std::vector<Row> rows, std::size_t order) {
+  std::sort(rows.begin(), rows.end(), [order](const Row& a, const Row& b) {
+    return std::tie(a[order], a[0], a[1]) < std::tie(b[order], b[0], b[1]);
+  });
+  std::string text;
+  for (const Row& row : rows) {
+    text += fmt::format("{:.0f},{:.0f}", row[0], row[1]);
+    for (std::size_t n = 2; n < row.size(); ++n) text += fmt::format(",{:.12g}", row[n]);
+    text += '\n';
+  }
+  return text;
+}
+
+/// collisions.csv -> collisions_open.csv
+std::string open_file(const std::filesystem::path& table) {
+  std::filesystem::path file = table;
+  return file.replace_filename(table.stem().string() + "_open" + table.extension().string());
+}
 }  // namespace
 
 FixCollisionTable::FixCollisionTable(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
@@ -59,7 +83,8 @@ void FixCollisionTable::init() {
   // a fluid its clock is not set yet where a command between two coupled runs initialises LIGGGHTS.
   started_ = true;
   const bool fresh = update->ntimestep == 0 && !FluidValue::find(lmp, "goes_on", "").known();
-  add_to_file(fresh ? "w" : "a", [](std::FILE* out) {
+  std::remove(open_file(file_).c_str());  // of an end that is none any more
+  add_to_file(file_, fresh ? "w" : "a", [](std::FILE* out) {
     std::fseek(out, 0, SEEK_END);
     if (std::ftell(out) == 0) std::fputs(columns, out);
   });
@@ -67,8 +92,8 @@ void FixCollisionTable::init() {
 }
 
 template <class Add>
-void FixCollisionTable::add_to_file(const char* mode, Add&& add) {
-  std::FILE* const out = std::fopen(file_.c_str(), mode);
+void FixCollisionTable::add_to_file(const std::string& name, const char* mode, Add&& add) {
+  std::FILE* const out = std::fopen(name.c_str(), mode);
   bool done = out != nullptr;
   if (done) {
     add(out);
@@ -76,7 +101,7 @@ void FixCollisionTable::add_to_file(const char* mode, Add&& add) {
     done = std::fclose(out) == 0 && done;  // what a buffer holds fails here
   }
   if (done) return;
-  error->one(FLERR, fmt::format("{}: cannot write the file '{}' ({})", style_name, file_,
+  error->one(FLERR, fmt::format("{}: cannot write the file '{}' ({})", style_name, name,
                                 std::strerror(errno))
                         .c_str());
 }
@@ -185,49 +210,66 @@ std::int64_t FixCollisionTable::keep_rows(std::int64_t most) const {
   return std::max<std::int64_t>(0, rows);
 }
 
+FixCollisionTable::Row FixCollisionTable::row_of(const Record& r, double end) {
+  const double* t = r.tangential_impulse;
+  return {r.tag,
+          r.other < 0 ? -1.0 : r.other,
+          r.start_time,
+          end,
+          r.position[0],
+          r.position[1],
+          r.position[2],
+          r.impact_speed,
+          r.impact_slip,
+          r.last_speed,
+          r.normal_impulse,
+          std::sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]),
+          r.largest_overlap};
+}
+
 void FixCollisionTable::finish(const Record& r) {
   const double until = r.last_gap < 0 && r.last_speed > 0
                            ? std::min(-r.last_gap / r.last_speed, 1.5 * update->dt)
                            : 0.0;
-  const double* t = r.tangential_impulse;
-  finished_.push_back({r.tag, r.other < 0 ? -1.0 : r.other, r.start_time, r.last_time + until,
-                       r.position[0], r.position[1], r.position[2], r.impact_speed, r.impact_slip,
-                       r.last_speed, r.normal_impulse,
-                       std::sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]), r.largest_overlap});
+  finished_.push_back(row_of(r, r.last_time + until));
 }
 
-/// The finished contacts of all ranks on the first one, none on the others. Collective.
-std::vector<FixCollisionTable::Row> FixCollisionTable::gather_finished() const {
-  const int count = static_cast<int>(finished_.size() * std::tuple_size_v<Row>);
+/// The contacts of all ranks on the first one, none on the others. Collective.
+std::vector<FixCollisionTable::Row> FixCollisionTable::gathered(
+    const std::vector<Row>& mine) const {
+  const int count = static_cast<int>(mine.size() * std::tuple_size_v<Row>);
   std::vector<int> counts(comm->me == 0 ? comm->nprocs : 0), starts(counts.size(), 0);
   MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, world);
   for (std::size_t n = 1; n < counts.size(); ++n) starts[n] = starts[n - 1] + counts[n - 1];
   const int all = counts.empty() ? 0 : starts.back() + counts.back();
   std::vector<Row> rows(all / std::tuple_size_v<Row>);
-  MPI_Gatherv(finished_.data(), count, MPI_DOUBLE, rows.data(), counts.data(), starts.data(),
-              MPI_DOUBLE, 0, world);
+  MPI_Gatherv(mine.data(), count, MPI_DOUBLE, rows.data(), counts.data(), starts.data(), MPI_DOUBLE,
+              0, world);
   return rows;
 }
 
 void FixCollisionTable::write() {
-  std::vector<Row> rows = gather_finished();
+  const std::vector<Row> rows = gathered(finished_);
   auto count = static_cast<std::int64_t>(finished_.size());
   MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_INT64_T, MPI_SUM, world);
   count_ += count;
   finished_.clear();
   if (rows.empty()) return;
   rows_ += static_cast<std::int64_t>(rows.size());
-  // By end, then tags: the same order on any number of ranks.
-  std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
-    return std::tie(a[3], a[0], a[1]) < std::tie(b[3], b[0], b[1]);
-  });
-  std::string text;
-  for (const Row& row : rows) {
-    text += fmt::format("{:.0f},{:.0f}", row[0], row[1]);
-    for (std::size_t n = 2; n < row.size(); ++n) text += fmt::format(",{:.12g}", row[n]);
-    text += '\n';
-  }
-  add_to_file("a", [&](std::FILE* out) { std::fputs(text.c_str(), out); });
+  constexpr std::size_t by_end = 3;
+  const std::string text = text_of(rows, by_end);
+  add_to_file(file_, "a", [&](std::FILE* out) { std::fputs(text.c_str(), out); });
+}
+
+// As if they ended with the run.
+void FixCollisionTable::write_open() {
+  std::vector<Row> mine;
+  for (const auto& [key, record] : open_) mine.push_back(row_of(record, time()));
+  const std::vector<Row> rows = gathered(mine);
+  if (comm->me != 0) return;
+  constexpr std::size_t by_start = 2;
+  const std::string text = columns + text_of(rows, by_start);
+  add_to_file(open_file(file_), "w", [&](std::FILE* out) { std::fputs(text.c_str(), out); });
 }
 
 // Spheres may have changed rank: their contacts follow.
@@ -250,7 +292,10 @@ void FixCollisionTable::pre_neighbor() {
     finish(record);  // its sphere is gone
 }
 
-void FixCollisionTable::post_run() { write(); }
+void FixCollisionTable::post_run() {
+  write();
+  write_open();
+}
 
 double FixCollisionTable::compute_scalar() {
   double mine = static_cast<double>(finished_.size()), all = 0;

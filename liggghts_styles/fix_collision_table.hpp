@@ -89,12 +89,14 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
     return {static_cast<std::int64_t>(r.tag), static_cast<std::int64_t>(r.other)};
   }
   double time() const;
+  static Row row_of(const Record& record, double end);
   void finish(const Record& record);
   void write();
+  void write_open();
   std::int64_t keep_rows(std::int64_t most) const;
   template <class Add>
-  void add_to_file(const char* mode, Add&& add);
-  std::vector<Row> gather_finished() const;
+  void add_to_file(const std::string& name, const char* mode, Add&& add);
+  std::vector<Row> gathered(const std::vector<Row>& mine) const;
 
   std::string file_;
   std::int64_t every_ = static_cast<std::int64_t>(keywords[0].preset);

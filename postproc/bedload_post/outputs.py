@@ -12,6 +12,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+COLLISIONS, OPEN_CONTACTS = "collisions.csv", "collisions_open.csv"
 BLOCK_ROWS = 1_000_000  # sphere samples held in memory at a time (about 150 MB)
 
 
@@ -169,15 +170,24 @@ class Run:
 
     def collisions(self) -> Collisions:
         """The collision table; empty where no collision has finished."""
-        columns = self.collision_columns("tag_i", "tag_j", "time_start", "time_end", needed=True)
+        return self._contacts(COLLISIONS)
+
+    def contacts(self) -> Collisions:
+        """All contacts, those that were under way at the end of the run as if they ended with it."""
+        finished, under_way = self.collisions(), self._contacts(OPEN_CONTACTS)
+        names = Collisions.__dataclass_fields__
+        return Collisions(*(np.concatenate([getattr(c, name) for c in (finished, under_way)]) for name in names))
+
+    def _contacts(self, table: str) -> Collisions:
+        columns = self.collision_columns("tag_i", "tag_j", "time_start", "time_end", needed=True, table=table)
         return Collisions(columns[0].astype(int), columns[1].astype(int), columns[2], columns[3])
 
-    def collision_columns(self, *names: str, needed: bool = False) -> np.ndarray:
+    def collision_columns(self, *names: str, needed: bool = False, table: str = COLLISIONS) -> np.ndarray:
         """Columns of the collision table by name, shape (number of names, collisions).
 
         A column that the table lacks is nan, or `needed`: raises MissingOutput.
         """
-        path = self.folder / "collisions.csv"
+        path = self.folder / table
         with path.open(encoding="utf-8") if path.is_file() else open("/dev/null") as stream:
             header = [name.strip() for name in stream.readline().split(",")]
             if header == [""]:

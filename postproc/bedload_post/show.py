@@ -78,7 +78,7 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
     grains: list[Line] = []
     if has_grains:
         phases = states.analyse(
-            run.collisions(), time_ranges(run.instants()), run.sample_blocks(), run.periods,
+            run.contacts(), time_ranges(run.instants()), run.sample_blocks(), run.periods,
             run.bulk_velocity, run.diameter,
         )
         grains = summary.grain_lines(run, phases)

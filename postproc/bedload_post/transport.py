@@ -351,7 +351,7 @@ def measure(run: Run, since: float = 0.0) -> Transport:
     if not any(last > first for first, last in ranges.values()):
         raise MissingOutput(f"{run.folder} has no mobile sphere with two samples after t = {since:g}.")
     phases = analyse(
-        run.collisions(), ranges, run.sample_blocks(since=since), run.periods,
+        run.contacts(), ranges, run.sample_blocks(since=since), run.periods,
         run.bulk_velocity, run.diameter,
     )  # fmt: skip
     first, last = min(begin for begin, _ in ranges.values()), max(end for _, end in ranges.values())

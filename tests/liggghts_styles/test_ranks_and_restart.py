@@ -234,6 +234,32 @@ def test_a_contact_with_a_wall_outlives_other_fixes(tmp_path):
     assert table["impulse_normal"] == pytest.approx(scene.spheres[0].mass * (0.1 + end.v[0, 1]), rel=1e-9)
 
 
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_contacts_under_way_stand_beside_the_table(tmp_path, ranks):
+    """Two spheres fall on a floor, one on either rank: at the end of the first run both touch it, and have rows with
+    its end and the impulse so far; at the end of the second the table has them, and nothing is under way."""
+    contact = CONTACTS["actm"]
+    scene = Scene(
+        [Sphere((x, D / 2 + 1e-6, 0.0), (0.0, -0.1, 0.0)) for x in (-0.05, 0.05)],
+        lines=[
+            f"fix floor all wall/gran {contact} primitive type 1 yplane 0.0",
+            "fix table all collision/table file table.csv",
+        ],
+    )
+    first = scene.run(tmp_path / "first", 50, ranks)
+    under_way = read_table(tmp_path / "first" / "table_open.csv")
+    assert not read_table(tmp_path / "first" / "table.csv")
+    assert list(under_way["tag_i"]) == [1, 2] and list(under_way["tag_j"]) == [-1, -1]
+    assert under_way["time_end"] == pytest.approx(50 * scene.dt, rel=1e-9)
+    assert under_way["time_start"] == pytest.approx(1e-6 / 0.1, rel=1e-6)
+    # The last step has made half of its kick: of 50, at up to three times their mean force.
+    gained = scene.spheres[0].mass * (0.1 + first.v[:, 1])
+    assert under_way["impulse_normal"] == pytest.approx(gained, rel=0.03)
+    scene.run(tmp_path / "whole", ["run 50", "run 250"], ranks)
+    assert len(read_table(tmp_path / "whole" / "table.csv")["tag_i"]) == 2
+    assert not read_table(tmp_path / "whole" / "table_open.csv")
+
+
 def test_a_run_that_goes_on_twice_has_each_row_once(tmp_path):
     """Restarted into a new table, written down there, and taken up again at that place, as after a crash: rows
     behind it go, though the table holds only a part of all collisions so far."""
