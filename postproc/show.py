@@ -5,6 +5,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from bedload_post.show import main  # noqa: E402  (needs the path above)
+try:
+    from bedload_post.show import main
+except ModuleNotFoundError as error:
+    sys.exit(f"bedload: Python's package {error.name} is missing; README.md names what to install")
 
 sys.exit(main())

@@ -103,8 +103,11 @@ def build(targets: Sequence[str] = ("all",), portable: bool = False) -> None:
 
     portable: for other processors than this one, from now on.
 
-    Raises UserError, after printing the compiler's words, when it does not succeed.
+    Raises UserError, after printing the compiler's words, when it does not succeed. A checkout that may only be read
+    (an image, another user's) serves as it is where `targets` are there.
     """
+    if not os.access(FOLDER, os.W_OK) and all((BIN / target).is_file() for target in targets):
+        return
     with one_at_a_time():
         _build(targets, portable)
 

@@ -131,12 +131,18 @@ class Folder:
             return False
         return True
 
-    def note(self, launch: Launch) -> None:
-        """Writes how the run is started into the file that is held."""
+    def note(self, launch: Launch) -> bytes:
+        """Writes how the run is started into the file that is held; returns what stood there."""
         assert self._file is not None  # the folder was entered
-        text = json.dumps(asdict(launch), indent=1, ensure_ascii=False) + "\n"
+        before = os.pread(self._file, os.fstat(self._file).st_size, 0)
+        self.put_back((json.dumps(asdict(launch), indent=1, ensure_ascii=False) + "\n").encode())
+        return before
+
+    def put_back(self, text: bytes) -> None:
+        """Gives the file that is held the text of an earlier start."""
+        assert self._file is not None
         os.ftruncate(self._file, 0)
-        os.pwrite(self._file, text.encode(), 0)
+        os.pwrite(self._file, text, 0)
 
 
 def next_previous(out: Path) -> Path:
@@ -168,6 +174,15 @@ def holds_only_a_start(out: Path) -> bool:
 def was_refused(out: Path) -> bool:
     """Whether the start in `out` ended before bedload-fluid opened its output: by settings, script or spheres."""
     return not is_run(out) and holds_only_a_start(out) and not (out / "settings.toml").exists()
+
+
+def settings_mark(out: Path) -> tuple[int, int] | None:
+    """Tells one settings.toml in `out` from the next: bedload-fluid writes it when it opens its output."""
+    try:
+        found = (out / "settings.toml").stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_mtime_ns
 
 
 def refuse_if_running(out: Path) -> None:

@@ -152,13 +152,18 @@ class Job:
         return line
 
 
-def keep_part(out: Path) -> None:
-    """Gives LIGGGHTS' log and the times of the run so far names that the next part does not write over."""
+def keep_part(out: Path) -> dict[Path, Path]:
+    """Gives LIGGGHTS' log and the times of the run so far names that the next part does not write over.
+
+    Returns the new names by the old ones.
+    """
+    moved = {}
     for stem, ending in (("log", "liggghts"), ("timing", "csv")):
         file = out / f"{stem}.{ending}"
         if file.is_file():
             parts = len(list(out.glob(f"{stem}.part*.{ending}")))
-            file.rename(out / f"{stem}.part{parts + 1}.{ending}")
+            moved[file] = file.rename(out / f"{stem}.part{parts + 1}.{ending}")
+    return moved
 
 
 def run_job(work: Job) -> int:

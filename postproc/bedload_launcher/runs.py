@@ -102,20 +102,26 @@ def start(ask: Ask) -> tuple[int, Path]:
     settings = presets.settings_of(launch.accuracy, scene, list(launch.sets))
     out = output_folder(ask, scene, launch, restart)
     ranks = job.Ranks.parse(ask.ranks)
+    work = job.Job(scene, launch.model, ranks, out, settings, ask.steps, launch.variables, restart)
+    work.command()  # its mistakes are found before anything in the folder moves
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
     aside = None
+    goes_on = restart is not None and run_folder(restart) == out
     with Folder(out) as folder:
-        if restart is not None and run_folder(restart) == out:
-            job.keep_part(out)
-        elif aside := folder.make_room():
+        mark = folders.settings_mark(out)
+        moved = job.keep_part(out) if goes_on else {}
+        if not goes_on and (aside := folder.make_room()):
             print(f"bedload: the earlier run there is now {plain(str(aside))}", flush=True)
-        folder.note(launch)
-        work = job.Job(scene, launch.model, ranks, out, settings, ask.steps, launch.variables, restart)
+        noted = folder.note(launch)
         if restart is not None and launch.said():
             print(f"bedload: with {plain(launch.said())}", flush=True)
         print(f"bedload: {plain(work.summary())}; output in {plain(str(out))}", flush=True)
         status = job.run_job(work)
         taken_back = status != 0 and aside is not None and folder.take_back(aside)
+        if status != 0 and goes_on and folders.settings_mark(out) == mark:  # refused
+            folder.put_back(noted)
+            for name, part in moved.items():
+                part.replace(name)
     if taken_back:
         print(
             f"bedload: the run was refused with status {status} before its first step; the earlier run is {out} again",

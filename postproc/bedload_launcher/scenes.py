@@ -67,15 +67,20 @@ class Scene:
         return x, y, z
 
     def _grid(self, key: str, overrides: Sequence[str]) -> list[float]:
-        texts = [(self.folder / "fluid.toml").read_text(encoding="utf-8")]
-        texts += [line for line in overrides if line.split("=")[0].strip() == f"grid.{key}"]
+        file = self.folder / "fluid.toml"
+        where, text = str(file), file.read_text(encoding="utf-8")
+        for line in overrides:
+            if line.split("=")[0].strip() == f"grid.{key}":
+                where, text = f"--set {line}", line
         try:
-            values = [tomllib.loads(text)["grid"][key] for text in texts][-1]
+            values = tomllib.loads(text)["grid"][key]
             if len(values) == 3 and all(value > 0 for value in values):
                 return values
-        except (tomllib.TOMLDecodeError, KeyError, TypeError):
+        except tomllib.TOMLDecodeError as error:
+            raise UserError(f"{where}: {error}.") from error
+        except (KeyError, TypeError):
             pass
-        raise UserError(f"{self.folder}/fluid.toml: grid.{key} must be three numbers above 0.")
+        raise UserError(f"{where}: grid.{key} must be three numbers above 0.")
 
     def variables(self, given: Mapping[str, str] | None = None) -> dict[str, str]:
         """All `variable NAME index VALUE` of the script and of what it includes, with their values.

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from bedload_launcher.build import BIN
 from bedload_launcher.errors import UserError
-from bedload_launcher.job import Ranks, environment
+from bedload_launcher.job import Ranks, environment, readable, script_path
 from bedload_launcher.scenes import INPUTS
 from bedload_launcher.version import commit
 from bedload_post.outputs import Run
@@ -146,13 +146,16 @@ class Runner:
         for key, value in settings.items():
             fluid += ["--set", f"{key}={_toml(value)}"]
         dem = [str(BIN / "bedload-dem"), "-in", "in.liggghts", "-log", str(out / "log.liggghts")]
-        for name, given in ({"out": out} | dict(variables)).items():
+        way = script_path(out, SCENES / scene)
+        for name, given in ({"out": way} | dict(variables)).items():
             dem += ["-var", name, str(given)]
         line = ["mpirun", "--quiet", "-np", str(self.ranks.fluid), *fluid, ":",
                 "-np", str(self.ranks.dem), *dem]  # fmt: skip
         done = out / "done.json"
         kept = json.loads(done.read_text(encoding="utf-8")) if done.is_file() else {}
-        words = [part.removeprefix(f"{BIN}/") for part in line]
+        words = [str(out) if part == way else part.removeprefix(f"{BIN}/") for part in line]
+        if not readable(str(INPUTS)):  # else bedload-dem says where they are
+            line += ["-var", "inputs", script_path(INPUTS, SCENES / scene)]
         if self.repeats(out) or kept.get("line") != words:
             today = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
             made = f"{today} by commit {commit() or 'unknown'}"

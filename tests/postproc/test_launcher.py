@@ -3,6 +3,7 @@
 import errno
 import fcntl
 import os
+import re
 import signal
 import stat
 import subprocess
@@ -318,10 +319,20 @@ def test_a_restart_never_removes_or_invents_the_run_that_it_names(tmp_path):
 
 @pytest.fixture
 def started(monkeypatch):
-    """The mpirun lines that `./bedload run` would have started, each of which ends with status 3."""
+    """The mpirun lines that `./bedload run` would have started, each of which ends with status 3; those that go on
+    open their output as bedload-fluid does."""
     lines = []
+
+    def programs(line, folder):
+        lines.append(line)
+        if "--restart" in line:
+            out = Path(line[line.index("--out") + 1])
+            (out / "new").write_text("")
+            (out / "new").rename(out / "settings.toml")
+        return 3
+
     monkeypatch.setattr(runs, "build", lambda _: None)
-    monkeypatch.setattr(job, "run", lambda line, folder: lines.append(line) or 3)
+    monkeypatch.setattr(job, "run", programs)
     return lines
 
 
@@ -356,6 +367,44 @@ def test_a_restart_is_told_what_the_run_was_told(tmp_path, started, capsys):
     cli.run(cli.parse(["run", "setup2_small", "--restart", str(out)]))
     assert started[-1][started[-1].index("model") + 1] == "actm_hw"
     assert "time.end=9" not in started[-1]
+
+
+@pytest.mark.parametrize("began", [False, True])
+def test_a_refused_restart_leaves_the_folder_as_it_was(tmp_path, started, monkeypatch, began):
+    """A mistake is not remembered, and the run's log and times keep their names; once bedload-fluid has opened its
+    output the next part has begun."""
+    out = tmp_path / "out"
+    cli.run(cli.parse(["run", "setup2_small", "--model", "rpm", "--out", str(out)]))
+    (out / "checkpoint_00000100").mkdir()
+    for name in ("settings.toml", "timing.csv", "log.liggghts"):
+        (out / name).write_text("of the first part")
+    before = (out / folders.LAUNCH).read_text()
+
+    def programs(line, folder):
+        assert "time.edn=120" in line and (out / "timing.part1.csv").is_file()
+        for name in ["log.liggghts", *(["settings.toml"] if began else [])]:
+            (out / "new").write_text("of the second part")
+            (out / "new").rename(out / name)
+        return 1
+
+    monkeypatch.setattr(job, "run", programs)
+    assert cli.run(cli.parse(["run", "--restart", str(out), "--set", "time.edn=120"])) == 1
+    assert ((out / folders.LAUNCH).read_text() == before) != began
+    assert (out / "timing.part1.csv").is_file() == began
+    assert ((out / "log.liggghts").read_text() == "of the first part") != began
+
+
+def test_what_is_wrong_with_the_grid_is_said_before_anything_moves(tmp_path, started):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "history.csv").write_text("step,time\n1,0.1\n")
+    for setting, why in (
+        ("grid.cells=[160,90,80", "--set grid.cells=[160,90,80: Unclosed array"),
+        ("grid.cells=[160,90]", "--set grid.cells=[160,90]: grid.cells must be three numbers"),
+    ):
+        with pytest.raises(UserError, match=re.escape(why)):
+            runs.start(runs.Ask(scene="exposed_sphere", sets=[setting], out=out))
+    assert not started and [f.name for f in tmp_path.iterdir()] == ["out"]
 
 
 def test_a_restart_keeps_its_model(tmp_path, started, monkeypatch):
@@ -599,6 +648,17 @@ def test_variables_of_included_scripts_may_be_set():
         scenes.read_variables(scene, "rpm", ["density"])
     with pytest.raises(UserError, match="by --model"):
         scenes.read_variables(scene, "rpm", ["model=actm"])
+
+
+def test_a_checkout_that_may_only_be_read_is_not_built(tmp_path, monkeypatch):
+    monkeypatch.setattr(build, "FOLDER", tmp_path)
+    monkeypatch.setattr(build, "BIN", tmp_path)
+    monkeypatch.setattr(build, "_build", lambda *_: pytest.fail("builds"))
+    monkeypatch.setattr(os, "access", lambda path, _: path != tmp_path)
+    (tmp_path / "bedload-fluid").touch()
+    build.build(["bedload-fluid"])
+    with pytest.raises(pytest.fail.Exception, match="builds"):
+        build.build(["bedload-fluid", "bedload-dem"])
 
 
 def test_only_one_command_builds_at_a_time(tmp_path, monkeypatch, capsys):

@@ -1,6 +1,6 @@
 """The page of the validation says first what misses its bound, and every number has its place."""
 
-from bedload_launcher.job import Ranks
+from bedload_launcher.job import Ranks, readable
 from bedload_studies import validation_runs
 from bedload_studies.validation import page_of
 from bedload_studies.validation_runs import Result, Row, Runner
@@ -46,3 +46,22 @@ def test_a_result_says_of_which_commits_its_runs_are(tmp_path, monkeypatch):
     assert runner.made_by == [f"{day} by commit a1", f"{day} by commit b2"]
     page = page_of({"drag": Result("Drag", rows=DRAG.rows, costs=runner.costs, made_by=runner.made_by)})
     assert f"Runs: 3 s in all, made {day} by commit a1 and {day} by commit b2." in page
+
+
+def test_blanks_in_a_folder_do_not_reach_the_scripts(tmp_path, monkeypatch):
+    lines = []
+
+    def run(runner, line, scene, out):
+        lines.append(list(line))
+        out.mkdir(parents=True, exist_ok=True)
+        return 1.0
+
+    monkeypatch.setattr(Runner, "_run", run)
+    monkeypatch.setattr(validation_runs, "Run", lambda out: out)
+    monkeypatch.setattr(validation_runs, "INPUTS", tmp_path / "my checkout" / "inputs")
+    for _ in range(2):  # the second time it stands there
+        Runner(tmp_path / "my runs", Ranks(1, 1))("kissing", "first")
+    (line,) = lines
+    assert line[line.index("--out") + 1] == str(tmp_path / "my runs" / "first")
+    for name in ("out", "inputs"):
+        assert readable(line[line.index(name) + 1])
