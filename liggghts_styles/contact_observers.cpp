@@ -51,4 +51,9 @@ void ContactObservers::check_walls(LAMMPS_NS::LAMMPS* lmp, std::string_view styl
   }
 }
 
+void refuse_newton(LAMMPS_NS::LAMMPS* lmp, std::string_view style) {
+  if (lmp->force->newton_pair != 0)
+    stop_run(lmp, fmt::format("{} needs the line 'newton off' before the box is made", style));
+}
+
 }  // namespace bedload

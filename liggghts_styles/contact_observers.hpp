@@ -29,4 +29,9 @@ class ContactObservers {
   std::vector<const LAMMPS_NS::Fix*> walls_;
 };
 
+/// Ends the run where the script leaves LIGGGHTS' `newton on`: a pair across the border of two
+/// ranks or a periodic end is listed once then, and a style that acts on each rank's own spheres
+/// misses half of it. Models with a history need newton off anyway.
+void refuse_newton(LAMMPS_NS::LAMMPS* lmp, std::string_view style);
+
 }  // namespace bedload

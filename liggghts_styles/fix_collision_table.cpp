@@ -15,6 +15,7 @@
 #include <tuple>
 #include <vector>
 
+#include "liggghts_styles/find_fix.hpp"
 #include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/hand_on.hpp"
 #include "liggghts_styles/liggghts.hpp"
@@ -57,7 +58,7 @@ FixCollisionTable::FixCollisionTable(LAMMPS_NS::LAMMPS* lammps, int narg, char**
   global_freq = 1;
   restart_global = 1;
   restart_peratom = 1;
-  if (modify->find_fix_style_strict("collision/table", 0) != nullptr) {
+  if (find_fix(*modify, "collision/table") != nullptr) {
     stop_run(lmp, "fix collision/table: there is one already, and one serves all pairs and walls");
   }
   const Arguments given(lmp, help, std::span(arg, narg).subspan(3));
@@ -75,6 +76,7 @@ int FixCollisionTable::setmask() {
 
 void FixCollisionTable::init() {
   contact_observers_.check_pairs(lmp, style_name);
+  refuse_newton(lmp, style_name);
   if (started_ || comm->me != 0) {
     started_ = true;
     return;
@@ -315,7 +317,13 @@ int FixCollisionTable::size_restart(int i) {
   return 1 + record_size * static_cast<int>(std::distance(first, last));
 }
 
-int FixCollisionTable::maxsize_restart() { return 1 + 64 * record_size; }
+// LIGGGHTS asks all ranks, and gives each sphere as much room where it reads the file.
+int FixCollisionTable::maxsize_restart() {
+  int most = 1;
+  for (int i = 0; i < atom->nlocal; ++i) most = std::max(most, size_restart(i));
+  MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, world);
+  return most;
+}
 
 int FixCollisionTable::pack_restart(int i, double* buffer) {
   const int size = size_restart(i);

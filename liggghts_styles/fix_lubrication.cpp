@@ -7,7 +7,9 @@
 #include <cmath>
 #include <span>
 
+#include "domain.h"
 #include "fix_property_atom.h"
+#include "liggghts_styles/find_fix.hpp"
 #include "liggghts_styles/formulas/collision_in_fluid.hpp"
 #include "liggghts_styles/formulas/lubrication.hpp"
 #include "liggghts_styles/liggghts.hpp"
@@ -34,7 +36,7 @@ FixLubrication* find_lubrication(LAMMPS_NS::LAMMPS* lmp) {
 FixLubrication::FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
     : Fix(lammps, narg, arg) {
   comm_forward = 3;
-  if (modify->find_fix_style_strict("lubrication", 0) != nullptr) {
+  if (find_fix(*modify, "lubrication") != nullptr) {
     stop_run(lmp, "fix lubrication: there is one already, and one serves all pairs and walls");
   }
   const Arguments given(lmp, help, std::span(arg, narg).subspan(3));
@@ -81,6 +83,7 @@ void FixLubrication::prepare(const LAMMPS_NS::Fix* wall) {
   viscosity_ = viscosity_setting_ > 0 ? FluidValue::constant(viscosity_setting_)
                                       : FluidValue::find(lmp, "viscosity", "fluidViscosity");
   const FluidValue cell_size = FluidValue::find(lmp, "cell_size", "fluidCellSize");
+  fluid_is_there_ = cell_size.live();
   const double h = cell_size.known() ? cell_size.get() : 0;
   range_ = range_setting_ > 0 ? range_setting_ : default_range * h;
   cell_size_ = law_ == "published" ? 0 : h;
@@ -133,6 +136,7 @@ void FixLubrication::tell_range() const {
 void FixLubrication::init() {
   mobility_ = Mobility(lmp);
   contact_observers_.check_pairs(lmp, style_name);
+  refuse_newton(lmp, style_name);
   refuse_projected_spheres();
   fluid_force_ = static_cast<LAMMPS_NS::FixPropertyAtom*>(
       modify->find_fix_property("couple_force", "property/atom", "vector", 3, 0, style, false));
@@ -220,15 +224,32 @@ double FixLubrication::damping_in_collision(const Surfaces& s) const {
   return contact::collision_damping(mass, s.collision_time, share);
 }
 
+/// Whether the fluid's grid has surface j, which is there beside a script's own statement of its
+/// cells: all spheres, and of the walls those where its box ends.
+bool FixLubrication::fluid_knows(const Surfaces& s) const {
+  if (s.j >= 0 || !fluid_is_there_) return true;
+  constexpr double nearby = 0.5;  // cells
+  for (int d = 0; d < 3; ++d) {
+    const double foot = atom->x[s.i][d] - (atom->radius[s.i] + s.gap) * s.normal[d];
+    const double end = s.normal[d] > 0 ? domain->boxlo[d] : domain->boxhi[d];
+    if (domain->periodicity[d] == 0 && std::abs(s.normal[d]) > 0.5 &&
+        std::abs(foot - end) < nearby * cell_size_)
+      return true;
+  }
+  return false;
+}
+
 /// c of this step [kg/s]; may be below 0 in a collision.
 double FixLubrication::coefficient(const Surfaces& s, double opening) const {
   const double way = std::abs(opening) * update->dt;
   double per_gap = contact::mean_inverse_gap(s.gap, way, smallest_gap_ * s.smaller_radius);
   if (cell_size_ > 0) {
-    const auto& share = s.j < 0 ? contact::unresolved_at_wall : contact::unresolved_of_pair;
-    per_gap *= share(std::max(0.0, s.gap) / cell_size_);
     const double part = touching(s, opening);
-    if (s.colliding) per_gap -= (1 - s.weight) * part * contact::resolved_at_touch / cell_size_;
+    if (fluid_knows(s)) {
+      const auto& share = s.j < 0 ? contact::unresolved_at_wall : contact::unresolved_of_pair;
+      per_gap *= share(std::max(0.0, s.gap) / cell_size_);
+      if (s.colliding) per_gap -= (1 - s.weight) * part * contact::resolved_at_touch / cell_size_;
+    }
     if (s.enduring) per_gap += part / (smallest_gap_ * s.smaller_radius);
   }
   double c = per_gap * contact::lubrication_strength(viscosity_.get(), s.effective_radius);

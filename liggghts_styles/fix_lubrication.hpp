@@ -142,6 +142,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   void tell_range() const;
   void forget();
   double touching(const Surfaces& s, double opening) const;
+  bool fluid_knows(const Surfaces& s) const;
   double coefficient(const Surfaces& s, double opening) const;
   double damping_in_collision(const Surfaces& s) const;
   double share_of_load(const Surfaces& s) const;
@@ -156,7 +157,8 @@ class FixLubrication : public LAMMPS_NS::Fix {
   double viscosity_setting_ = 0, range_setting_ = 0, smallest_gap_setting_ = 0;
   double smallest_gap_ = 0;  // radii
   double viscosity_now_ = 0, range_ = 0;
-  double cell_size_ = 0;  // of the grid that resolves a part of the films; 0: none does
+  double cell_size_ = 0;         // of the grid that resolves a part of the films; 0: none does
+  bool fluid_is_there_ = false;  // its box ends where LIGGGHTS' does
   FluidValue viscosity_;
   Mobility mobility_;
   ContactObservers contact_observers_;

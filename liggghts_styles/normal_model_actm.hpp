@@ -210,6 +210,10 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     } else if (rule_ == biegert && h.settling >= 0 && update->ntimestep % settling_stride == 0) {
       settle(s, mass, now, h);
     }
+    if (s.deltan - h.birth_overlap > h.hardening.onset)
+      h.hardening.slope = std::min(
+          h.hardening.slope,
+          bedload::contact::resolved_slope(h.hardening.onset, h.stiffness, mass, update->dt));
     const bedload::contact::ActmStep done =
         bedload::contact::actm_step({h.stiffness, h.damping}, s.deltan - h.birth_overlap, approach,
                                     mass, update->dt, !alive, h.hardening);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "dump.h"
+#include "fix_move.h"
 #include "input.h"
 #include "lammps.h"
 #include "modify.h"
@@ -41,6 +42,32 @@ struct FilePerStepDoor {
 auto& file_per_step_of(LAMMPS_NS::Dump& dump);
 
 template struct FilePerStepDoor<&LAMMPS_NS::Dump::multifile>;
+
+/// Whether a fix move has NULL for some direction, which it then integrates by forces.
+template <auto Style, auto... Given>
+struct MoveDoor {
+  friend bool leaves_component(const LAMMPS_NS::FixMove& move) {
+    enum { linear, wiggle, rotate, variable };  // the order of fix_move.cpp
+    // For each direction: a velocity, an amplitude, two variables.
+    const bool given[] = {static_cast<bool>(move.*Given)...};
+    for (int d = 0; d < 3; ++d) {
+      const bool* const of = given + 4 * d;
+      const int style = move.*Style;
+      if ((style == linear && !of[0]) || (style == wiggle && !of[1]) ||
+          (style == variable && !of[2] && !of[3]))
+        return true;
+    }
+    return false;
+  }
+};
+
+bool leaves_component(const LAMMPS_NS::FixMove& move);
+
+using Move = LAMMPS_NS::FixMove;
+template struct MoveDoor<&Move::mstyle, &Move::vxflag, &Move::axflag, &Move::xvarstr,
+                         &Move::vxvarstr, &Move::vyflag, &Move::ayflag, &Move::yvarstr,
+                         &Move::vyvarstr, &Move::vzflag, &Move::azflag, &Move::zvarstr,
+                         &Move::vzvarstr>;
 
 template <auto Member>
 struct CommandMapDoor {

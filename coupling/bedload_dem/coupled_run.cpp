@@ -23,6 +23,7 @@
 #include "force.h"
 #include "integrate.h"
 #include "lammps.h"
+#include "liggghts_styles/contact_observers.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "modify.h"
 #include "neighbor.h"
@@ -79,6 +80,8 @@ void CoupledRun::run(int narg, char** arg) {
   fluid->set_time_step(fluid->fluid_time_step());
   fluid->allow_run(true);
   refuse_clumps(lmp);
+  refuse_triclinic(lmp);
+  refuse_newton(lmp, "fix couple/fluid");
   fluid->check_before_run();
   warn_without_walls(lmp, fluid->names_fixed());
   warn_without_spin(lmp);

@@ -26,6 +26,7 @@
 #include "group.h"
 #include "integrate.h"
 #include "lammps.h"
+#include "liggghts_styles/find_fix.hpp"
 #include "liggghts_styles/hand_on.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
@@ -76,12 +77,16 @@ FixCoupleFluid::FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp_, int narg, char** arg)
     stop_run(lmp,
              "fix couple/fluid: this job has no fluid; start both programs, mpirun -np N "
              "bedload-fluid fluid.toml : -np M bedload-dem -in in.liggghts");
-  if (modify->n_fixes_style_strict("couple/fluid") > 0)
+  if (find_fix(*modify, "couple/fluid") != nullptr)
     stop_run(lmp, "fix couple/fluid: the script has another one already; one is enough");
+  if (side_->introduced() && !side_->stopped())
+    stop_run(lmp,
+             "fix couple/fluid: the fluid has begun with another one; let that stand until the "
+             "last coupled_run is over");
   if (atom->map_style == 0)
     stop_run(lmp, "fix couple/fluid needs the line 'atom_modify map array' before the box is made");
 
-  Fix* const table = modify->find_fix_style_strict("collision/table", 0);
+  Fix* const table = find_fix(*modify, "collision/table");
   int dimension = 0;
   if (table != nullptr && table->extract("started", dimension) != nullptr)
     stop_run(
@@ -323,31 +328,71 @@ void FixCoupleFluid::book_lost(const LoadRecord& load) {
 
 // Velocity Verlet's first half kick of the stage still uses the forces of the previous step's end.
 // The new stage's load replaces the old one's there, so that a load acts for exactly its own stage:
-//   f_i += F_i(new) - F_i(old)
+//   f_i += P(F_i(new)) - P(F_i(old)),
+// P what the fixes behind this one leave of a load that take components out of forces.
 void FixCoupleFluid::hold_loads() {
+  ++loads_received_;
+  const std::vector<LAMMPS_NS::Fix*> projecting = projecting_fixes();
+  const ForcesOnAtoms before = projecting.empty() ? ForcesOnAtoms{} : projected_loads(projecting);
   double** const held_force = force_->array_atom;
   double** const held_torque = torque_->array_atom;
-  ++loads_received_;
   for (const LoadRecord& load : stage_.loads) {
     const int i = place_of(load.tag);
     if (i < 0) continue;
     for (std::size_t d = 0; d < 3; ++d) {
-      atom->f[i][d] += load.force[d] - held_force[i][d];
-      atom->torque[i][d] += load.torque[d] - held_torque[i][d];
+      if (projecting.empty()) {
+        atom->f[i][d] += load.force[d] - held_force[i][d];
+        atom->torque[i][d] += load.torque[d] - held_torque[i][d];
+      }
       held_force[i][d] = load.force[d];
       held_torque[i][d] = load.torque[d];
     }
   }
-  project_forces();
+  if (projecting.empty()) return;
+  const ForcesOnAtoms now = projected_loads(projecting);
+  for (int i = 0; i < atom->nlocal; ++i)
+    for (std::size_t d = 0; d < 3; ++d) {
+      const auto n = static_cast<std::size_t>(i);
+      atom->f[i][d] += now.force[n][d] - before.force[n][d];
+      atom->torque[i][d] += now.torque[n][d] - before.torque[n][d];
+    }
 }
 
-// Fixes that project forces (a sphere held in its plane, say) and stand behind this one have seen
-// the old load; they see the new one now. Projecting twice changes nothing.
-void FixCoupleFluid::project_forces() {
+/// Those behind this one that hold a sphere in its plane, say.
+std::vector<LAMMPS_NS::Fix*> FixCoupleFluid::projecting_fixes() {
+  std::vector<LAMMPS_NS::Fix*> found;
   for (int n = modify->my_index(this) + 1; n < modify->nfix; ++n) {
     const std::string_view their_style(modify->fix[n]->style);
-    if (their_style == "freeze" || projects_forces(their_style)) modify->fix[n]->post_force(0);
+    if (their_style == "freeze" || projects_forces(their_style)) found.push_back(modify->fix[n]);
   }
+  return found;
+}
+
+FixCoupleFluid::ForcesOnAtoms FixCoupleFluid::forces_on_atoms() const {
+  ForcesOnAtoms forces;
+  for (int i = 0; i < atom->nlocal; ++i) {
+    forces.force.push_back(triple(atom->f[i]));
+    forces.torque.push_back(triple(atom->torque[i]));
+  }
+  return forces;
+}
+
+/// What the fixes leave of the loads that are held, as if no other force were there.
+FixCoupleFluid::ForcesOnAtoms FixCoupleFluid::projected_loads(
+    const std::vector<LAMMPS_NS::Fix*>& projecting) {
+  const auto set = [this](int i, const double* force, const double* torque) {
+    std::copy_n(force, 3, atom->f[i]);
+    std::copy_n(torque, 3, atom->torque[i]);
+  };
+  const ForcesOnAtoms all = forces_on_atoms();
+  for (int i = 0; i < atom->nlocal; ++i) set(i, force_->array_atom[i], torque_->array_atom[i]);
+  for (LAMMPS_NS::Fix* const fix : projecting) fix->post_force(0);
+  ForcesOnAtoms loads = forces_on_atoms();
+  for (int i = 0; i < atom->nlocal; ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    set(i, all.force[n].data(), all.torque[n].data());
+  }
+  return loads;
 }
 
 void FixCoupleFluid::renew_motion() {

@@ -48,6 +48,13 @@ void refuse_clumps(LAMMPS_NS::LAMMPS* lmp) {
                          clumps->style, clumps->id));
 }
 
+void refuse_triclinic(LAMMPS_NS::LAMMPS* lmp) {
+  if (lmp->domain->triclinic != 0)
+    stop_run(lmp,
+             "fix couple/fluid: the fluid's box has right angles; make that of the script with "
+             "'region ID block ...'");
+}
+
 void warn_without_walls(LAMMPS_NS::LAMMPS* lmp, bool fixed_spheres) {
   if (fixed_spheres || find_fix(*lmp->modify, begins("wall/")) != nullptr) return;
   const Triple gravity = script_gravity(lmp, [](int) { return false; }).value;

@@ -13,6 +13,9 @@ int inserting_fixes(LAMMPS_NS::LAMMPS* lmp);
 /// of them alone.
 void refuse_clumps(LAMMPS_NS::LAMMPS* lmp);
 
+/// Ends the job where the box of the script is triclinic, which the fluid's is not.
+void refuse_triclinic(LAMMPS_NS::LAMMPS* lmp);
+
 /// Warns where gravity points along a direction with ends, but no fix and no fixed sphere keeps
 /// spheres from those: the fluid's walls stop the fluid alone.
 void warn_without_walls(LAMMPS_NS::LAMMPS* lmp, bool fixed_spheres);

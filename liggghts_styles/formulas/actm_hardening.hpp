@@ -22,7 +22,8 @@
 /// submerged gravity [m/s²], Δt step of the integrator [s], ω angular frequency [1/s].
 namespace bedload::contact {
 
-/// Second spring of one contact. Both stay fixed as long as the contact lasts.
+/// Second spring of one contact. Both stay fixed as long as the contact lasts, but for a longer
+/// step (resolved_slope).
 struct ActmHardening {
   double onset = 0;  ///< δ_h [m]
   double slope = 0;  ///< K [N/m]
@@ -52,13 +53,20 @@ inline double largest_overlap_expected(double mass, double speed, double gravity
          std::pow(2.5 * mass * gravity / stiffness, 2.0 / 3.0);
 }
 
-/// Onset beyond the overlap expected, and the slope that brings the whole spring to
-/// ω Δt = resolved_phase; no hardening (K = 0) where k alone is as stiff.
+/// K that brings the whole spring to ω Δt = resolved_phase; 0 where k alone is as stiff. A step
+/// that grows while the contact lasts (`time.cfl`) lowers it: that takes energy away and makes
+/// none.
+/// @param onset δ_h [m]  @param stiffness k [N/m^1.5]  @param mass m [kg]  @param dt Δt [s]
+inline double resolved_slope(double onset, double stiffness, double mass, double dt) {
+  const double stiffest = mass * (resolved_phase / dt) * (resolved_phase / dt);
+  return std::max(0.0, stiffest - 1.5 * stiffness * std::sqrt(onset));
+}
+
+/// Onset beyond the overlap expected, and the slope that the step resolves.
 /// @param expected overlap [m]  @param stiffness k [N/m^1.5]  @param mass m [kg]  @param dt Δt [s]
 inline ActmHardening actm_hardening(double expected, double stiffness, double mass, double dt) {
   const double onset = hardening_onset * expected;
-  const double stiffest = mass * (resolved_phase / dt) * (resolved_phase / dt);
-  return {onset, std::max(0.0, stiffest - 1.5 * stiffness * std::sqrt(onset))};
+  return {onset, resolved_slope(onset, stiffness, mass, dt)};
 }
 
 /// H [N], apart.

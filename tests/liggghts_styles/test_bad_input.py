@@ -124,6 +124,27 @@ CASES = {
         dict(lines=[f"{FILM} viscosity 1e-3 range 1e-3", "fix b all lubrication"]),
         ["there is one already"],
     ),
+    "films with newton on": (
+        dict(contact="model hertz tangential off", properties=SHIPPED, lines=[SOFT_FILM], without="newton off"),
+        ["fix lubrication needs the line 'newton off'"],
+    ),
+    "rows with newton on": (
+        dict(contact="model hertz tangential off", properties=SHIPPED, lines=[TABLE], without="newton off"),
+        ["fix collision/table needs the line 'newton off'"],
+    ),
+    "dragged along x and free along y": (
+        dict(lines=["fix drag all move linear 0.5 NULL 0 units box"]),
+        ["fix move (id drag): NULL", "give each direction a value"],
+    ),
+    "swung along x and free along z": (
+        dict(lines=["fix drag all move wiggle 0.5 0.1 NULL 2.0 units box"]),
+        ["fix move (id drag): NULL"],
+    ),
+    "moved by one variable and free along z": (
+        dict(lines=["variable x equal 0.1*time", "variable vx equal 0.1",
+                    "fix drag all move variable v_x NULL NULL v_vx NULL NULL units box"]),
+        ["fix move (id drag): NULL"],
+    ),
     "films in a plane": (
         dict(lines=[SOFT_FILM, "fix plane all setforce NULL NULL 0.0"]),
         ["fix lubrication", "'fix plane setforce'", "leave them out of the group"],
@@ -230,6 +251,26 @@ def test_what_the_fixes_do_not_need_to_hear_of(tmp_path, ranks):
         integrate="group free subtract all held\nfix integrate free nve/sphere",
     )  # fmt: skip
     scene.run(tmp_path, ["run 5", "unfix floor", HEARD, "run 5"], ranks)
+
+
+def test_spheres_that_move_as_prescribed_are_taken(tmp_path):
+    """In all directions: at rest in one is prescribed, too."""
+    for n, line in enumerate([
+        "move linear 0.5 0 0 units box", "move wiggle 0.5 0 0 2.0 units box", "move rotate 0 0 0 0 0 1 2.0",
+        "move variable v_p v_p v_p NULL NULL NULL units box",
+    ]):  # fmt: skip
+        lines = ["variable p equal 1e-4*step", f"fix drag all {line}"]
+        Scene(PAIR, contact="model actm tangential haff_werner", lines=lines).run(tmp_path / str(n), 10)
+
+
+def test_a_line_that_stands_again_replaces_the_first(tmp_path):
+    """As with LIGGGHTS' own fixes, by the same ID."""
+    scene = Scene(
+        PAIR, contact="model actm tangential haff_werner",
+        lines=[SOFT_FILM, TABLE, SOFT_FILM.replace("1e-3", "2e-3"), TABLE.replace("t.csv", "u.csv")],
+    )  # fmt: skip
+    scene.run(tmp_path, ["run 5", SOFT_FILM, "run 5"])
+    assert (tmp_path / "u.csv").is_file() and not (tmp_path / "t.csv").exists()
 
 
 def test_all_ranks_end(tmp_path):

@@ -260,6 +260,29 @@ def test_contacts_under_way_stand_beside_the_table(tmp_path, ranks):
     assert not read_table(tmp_path / "whole" / "table_open.csv")
 
 
+def test_any_number_of_contacts_goes_through_a_restart(tmp_path):
+    """A large sphere that a hundred small ones hit at once, from all sides: each contact has its row."""
+    count, large = 100, 8 * D
+    n = np.arange(count) + 0.5
+    y, turn = 1 - 2 * n / count, np.pi * (3 - np.sqrt(5)) * n
+    ways = np.column_stack([np.sqrt(1 - y**2) * np.cos(turn), y, np.sqrt(1 - y**2) * np.sin(turn)])
+    places = ways * ((large + D) / 2 + 1e-6)
+    scene = Scene(
+        [Sphere((0.0, 0.0, 0.0), diameter=large),
+         *(Sphere(tuple(x), tuple(-0.1 * way)) for x, way in zip(places, ways, strict=True))],
+        lines=["fix table all collision/table file table.csv"],
+    )  # fmt: skip
+    scene.run(tmp_path / "whole", ["run 60", "run 300"])
+    scene.run(tmp_path, ["run 60", "write_restart state.bin"])
+    assert len(read_table(tmp_path / "table_open.csv")["tag_i"]) == count
+    head = scene.head()
+    head[head.index("read_data spheres.data")] = "read_restart state.bin"
+    run_script(tmp_path, [*head[1:], "run 300"])
+    whole, parts = read_table(tmp_path / "whole" / "table.csv"), read_table(tmp_path / "table.csv")
+    assert len(whole["tag_i"]) == count and list(whole["tag_j"]) == list(parts["tag_j"])
+    assert parts["impulse_normal"] == pytest.approx(whole["impulse_normal"], rel=1e-9)
+
+
 def test_a_run_that_goes_on_twice_has_each_row_once(tmp_path):
     """Restarted into a new table, written down there, and taken up again at that place, as after a crash: rows
     behind it go, though the table holds only a part of all collisions so far."""

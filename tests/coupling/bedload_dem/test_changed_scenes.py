@@ -28,6 +28,7 @@ def before(lines):
 REFUSED = {
     "change_box": (between("change_box all x final 0 5 units box"),
                    ["since the coupled_run before", "along x is [0, 4]", "[0, 5]"]),
+    "other angles": (before("change_box all triclinic"), ["the fluid's box has right angles"]),
     "deform": (before("fix grow all deform 1 x scale 1.5"), ["along x is [0, 4]", "No fix may change it"]),
     "dt/reset": (before("fix reset all dt/reset 3 NULL 0.0005 0.01 units box"),
                  ["time step of LIGGGHTS is 0.0005", "makes it 0.00133333", "dt/reset"]),
@@ -60,6 +61,10 @@ REFUSED = {
         ["step 1", "'fixed' have changed during this coupled_run"]),
     "out through the surface": ((VELOCITY, "set atom 10 y 2.7\nvelocity grains set 0 2 0 units box"),
                                 ["atom 10", "out of the box", "0.5 of its radius", "wall/gran"]),
+    "coupled anew": (between("unfix fluid\nfix fluid all couple/fluid fixed bed"),
+                     ["the fluid has begun with another one", "until the last coupled_run is over"]),
+    "coupled by a line that stands again": (between("fix fluid all couple/fluid fixed bed"),
+                                            ["the fluid has begun with another one"]),
     "clumps": (before("fix clumps grains multisphere"), ["fix multisphere (id clumps)", "spheres only"]),
     "no integrator": ((MOTION, ""), ["atom 9 is mobile and has a speed", "nve/sphere"]),
 }  # fmt: skip

@@ -175,6 +175,19 @@ def test_a_fix_behind_can_hold_a_sphere_in_its_plane(tmp_path):
     assert np.ptp(path[:, 2]) > 1e-4, "it should still be pushed along x"
 
 
+def test_what_pushes_behind_a_held_direction_pushes_all_the_time(tmp_path):
+    """A force along the direction that setforce takes from the fluid's loads: v = F t/m, and along x as without it."""
+    free = job(tmp_path, "plane.liggghts", "--steps", "20", "--out", "free.csv")
+    held = "setforce NULL NULL 0.0"
+    script = edited(tmp_path, "plane.liggghts", held, f"{held}\nfix push all addforce 0.0 0.0 3.0")
+    pushed = job(tmp_path, script, "--steps", "20", "--out", "pushed.csv")
+    assert free.number("received") == pushed.number("received")
+    free, pushed = trajectories(tmp_path / "free.csv"), trajectories(tmp_path / "pushed.csv")
+    mass, step = 2000 * np.pi / 6 * 0.3**3, 0.01
+    assert pushed[:, 7] == pytest.approx(3.0 / mass * step * np.arange(1, 21), rel=1e-12)
+    assert np.array_equal(pushed[:, 5:7], free[:, 5:7])
+
+
 @pytest.mark.parametrize(
     "options, found",
     [
