@@ -195,6 +195,32 @@ def test_a_heavy_mass_leans_on_a_light_grain(tmp_path, ratio):
     assert energy[-1] > 0.85
 
 
+def test_a_step_that_grows_finds_the_second_spring_softer(tmp_path):
+    """A heavy sphere is deep in a light grain when the step becomes eight times as long, as `time.cfl` may let it: the
+    spring of the short step has ω Δt = 2.4 in the long one, beyond what leapfrog bears. No energy is made."""
+    u, ratio, steps = 0.1, 64, 120
+    mover = Sphere((0.0, 1.5 * D + 3e-6, 0.0), (0, -u, 0), diameter=D, density=RHO * ratio)
+    scene = Scene(
+        [Sphere((0.0, D / 2 + 1e-6, 0.0), diameter=D), mover],
+        box=((-0.02, 0.02), (-0.01, 0.05), (-0.02, 0.02)),
+        restitution=0.97,
+        fluid_step=2e-4,
+        substeps=steps,
+        contact=ACTM,
+        properties=VISCOUS,
+        lines=[FLOOR],
+    )
+    lines = ["run 560", *dump_now("0.dump"), f"timestep {8 * scene.dt!r}"]
+    for n in range(1, 60):
+        lines += ["run 8", *dump_now(f"{n}.dump")]
+    scene.run(tmp_path, lines)
+    states = [read_dump(tmp_path / f"{n}.dump") for n in range(60)]
+    overlap = D - np.linalg.norm(states[0].x[1] - states[0].x[0])
+    assert overlap > 1.12 * 0.34 * u * 10 * scene.fluid_step, "not in the second spring yet"
+    energy = np.array([kinetic_energy(scene.spheres, state) for state in states])
+    assert np.max(energy) < (1 + 1e-3) * 0.5 * mover.mass * u**2
+
+
 def test_hardening_leaves_impacts_alone(tmp_path):
     """The rebounds of test_impacts_..., with and without, bit for bit."""
     ends = []
