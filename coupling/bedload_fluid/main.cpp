@@ -36,9 +36,11 @@
 namespace bedload {
 namespace {
 
-/// Steps of the length `step` that a time takes; one that is over by round-off is none.
+/// Steps of the length `step` that a time takes. One that is over by round-off is none: a time that
+/// is the sum of a million steps is off by 1e-5 of one.
 std::int64_t steps_in(double time, double step) {
-  return std::max<std::int64_t>(0, static_cast<std::int64_t>(std::ceil(time / step - 1e-6)));
+  constexpr double rounding = 1e-3;
+  return std::max<std::int64_t>(0, static_cast<std::int64_t>(std::ceil(time / step - rounding)));
 }
 
 FluidSceneInfo scene_info_of(const Settings& s, const Resumption* from) {
@@ -112,6 +114,7 @@ void start_from_state(Channel<Real>& channel) {
   const Settings& s = channel.settings();
   const StateRead state = read_state(s.beside(s.start.file), channel.grid(),
                                      channel.decomposition(), channel.fields_to_restore());
+  channel.shift_to_bulk_velocity();
   channel.restored(0.0, 0, state.header.driving, state.interpolated);
 }
 

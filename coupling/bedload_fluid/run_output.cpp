@@ -82,13 +82,15 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
   const DerivedNumbers numbers = derive_numbers(settings_);
   const std::int64_t resume_after = resume ? simulation_.channel().step() : -1;
   if (resume) load(*resume);
-  // The row of the checkpoint's step stands there already, should no step follow.
-  if (resume && first_step_ % settings_.output.history_every == 0) history_step_ = first_step_;
   on_first_rank(comm, [&] { write_settings_file(folder_, settings_, numbers); });
   if (simulation_.may_have_spheres())
     spheres_ =
         std::make_unique<SphereWriter>(folder_, comm, simulation_.fixed_here(), resume_after);
-  on_first_rank(comm, [&] { history_ = std::make_unique<History>(folder_, resume_after); });
+  on_first_rank(comm, [&] {
+    history_ = std::make_unique<History>(folder_, resume_after);
+    history_step_ = history_->kept_until();  // that of the checkpoint, should no step follow
+  });
+  MPI_Bcast(&history_step_, 1, MPI_INT64_T, 0, comm);
   const SphereExtremes extremes = simulation_.extremes();
   if (first_rank_) {
     warn(warnings(settings_, numbers));

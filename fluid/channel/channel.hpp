@@ -118,6 +118,10 @@ class Channel {
   /// Mean streamwise stress that the fluid exerts on the lower and on the upper wall [M/(L T^2)].
   std::array<double, 2> wall_stress() const;
 
+  /// What round-off may make of it: of a sum over the box and, where diffusion is implicit, of the
+  /// elimination of its mean, the more the longer the step.
+  double momentum_rounding() const;
+
   /// Overwrites the velocity with value(component, position) at each component's own place, and
   /// projects it. Not shifted to the bulk velocity. Collective.
   void set_velocity(const std::function<double(int, const Vec3&)>& value);
@@ -125,6 +129,9 @@ class Channel {
   /// taken as it is, or projected where it comes from another grid. Collective.
   FlowFields<Real>& fields_to_restore() { return fields_; }
   void restored(double time, std::int64_t step, double driving_force, bool project_it);
+  /// Before restored(), where a bulk velocity is kept: shifts u of own planes to it. A state that
+  /// has another one is another start; no driving has to bring it there at once. Collective.
+  void shift_to_bulk_velocity();
   /// What a run needs beside fields, time and step to go on with the same digits; to be loaded
   /// after restored().
   void save(const SaveGroup& group) const;

@@ -70,6 +70,17 @@ void Channel<Real>::restored(double time, std::int64_t step, double driving_forc
 }
 
 template <class Real>
+void Channel<Real>::shift_to_bulk_velocity() {
+  const double bulk = streamwise_sum(velocity_, grid_, decomposition_) / grid_.cubes();
+  const auto shift = static_cast<Real>(driving_.missing<Real>(bulk));
+  for (int j = 0; j < decomposition_.planes(); ++j)
+    for (int k = 0; k < decomposition_.rows(); ++k) {
+      Real* u = velocity_.row(j, k, 0);
+      for (int i = 0; i < grid_.cells[0]; ++i) u[i] += shift;
+    }
+}
+
+template <class Real>
 void Channel<Real>::renew_ghosts() {
   walls_.fill(velocity_);
   for (const FieldEntry& entry : field_list)

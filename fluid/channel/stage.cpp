@@ -72,12 +72,12 @@ void Channel<Real>::project(int stage) {
 /// Own planes whose predictor has the old pressure gradient: those that something acts on before
 /// the projection, and one more, because v between the last one and those without comes out wrong
 /// until the projection. There it is the gradient of a pressure that is zero above, so that the
-/// projected velocity is the same.
+/// projected velocity is the same. A periodic y has no above: all of them then.
 template <class Real>
 int Channel<Real>::old_pressure_planes(bool all_planes) const {
   if (!keeps_old_pressure()) return 0;
   const int all = std::numeric_limits<int>::max();
-  if (all_planes) return all;
+  if (all_planes || grid_.periodic(1)) return all;
   const int planes = boundary_->highest_reached() + 1;
   return planes >= grid_.cells[1] ? all : planes - decomposition_.first();
 }

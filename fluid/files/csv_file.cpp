@@ -21,8 +21,12 @@ CsvFile::CsvFile(const std::string& path, const std::string& header, long long r
     if (old && std::getline(old, line) && line != header)
       throw UserError(fmt::format("{}: has other columns than this program writes.", path));
     // A last line without its end was cut off by a crash and is left out.
-    while (std::getline(old, line) && !old.eof())
-      if (std::strtoll(line.c_str(), nullptr, 10) <= resume_after) text += line + "\n";
+    while (std::getline(old, line) && !old.eof()) {
+      const long long first = std::strtoll(line.c_str(), nullptr, 10);
+      if (first > resume_after) continue;
+      text += line + "\n";
+      kept_until_ = first;
+    }
   }
   write_text_file(path, text);
   file_ = std::fopen(path.c_str(), "a");

@@ -17,10 +17,13 @@ class CsvFile {
   CsvFile& operator=(const CsvFile&) = delete;
 
   void add(const std::string& row);
+  /// First column of the last row that was kept; -1: none was.
+  long long kept_until() const { return kept_until_; }
 
  private:
   std::string path_;
   std::FILE* file_ = nullptr;
+  long long kept_until_ = -1;
 };
 
 }  // namespace bedload

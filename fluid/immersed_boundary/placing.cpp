@@ -39,7 +39,8 @@ template <class Real>
 int ImmersedBoundary<Real>::highest_reached_here() const {
   int planes = 0;
   const auto reach = [&](const SphereState& sphere) {
-    const double top = (sphere.position.y() + sphere.radius) / grid_.h;
+    constexpr double rounding = 1e-6;  // no plane fewer than MarkerHalo finds, which adds otherwise
+    const double top = (sphere.position.y() + sphere.radius) / grid_.h + rounding;
     planes = std::max(planes, static_cast<int>(std::floor(top)) + 5);
   };
   for (const SphereState& sphere : fixed_) reach(sphere);

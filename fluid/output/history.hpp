@@ -77,6 +77,8 @@ class History {
   /// `resume_after` >= 0 keeps the rows up to that step of a run that is continued.
   explicit History(const std::string& folder, std::int64_t resume_after = -1)
       : file_(folder + "/history.csv", history_header(), resume_after) {}
+  /// Step of the last row that was kept; -1: none was.
+  std::int64_t kept_until() const { return file_.kept_until(); }
   void add(const HistoryRow& row) { file_.add(history_line(row)); }
 
  private:

@@ -209,7 +209,8 @@ void declare_keys(Settings& s, Visitor& key) {
   key.integer("statistics.every", s.statistics.every, "-", Range{0, 1 << 30},
               "Steps between samples of the flow statistics; 0: none are taken.");
   key.number("statistics.from", s.statistics.from, "T", not_negative, Need::optional,
-             "Time at which the statistics begin.");
+             "Time at which the statistics begin; of a run that goes on, they begin anew where it "
+             "lies behind all samples so far.");
   key.list("statistics.spectra_heights", s.statistics.spectra_heights, "L", not_negative,
            "Heights y at which spectra along x and z are taken.");
   key.integer("statistics.spectra_every", s.statistics.spectra_every, "-", Range{1, 1 << 30},

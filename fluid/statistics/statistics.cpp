@@ -311,8 +311,26 @@ void Statistics<Real>::save(const SaveGroup& group) {
   group.list<double>("wall_jump", wall_jump_);
 }
 
+/// Whether `statistics.from` lies behind all that the run before has averaged, so that it counts
+/// from there; a time within cannot be met, as samples are not kept one by one.
+template <class Real>
+bool Statistics<Real>::begins_after(const LoadGroup& group) const {
+  const double from = settings_.statistics.from;
+  if (group.value<std::int64_t>("samples") == 0) return true;
+  const double begin = group.value<double>("begin"), end = group.value<double>("end");
+  collectively(decomposition_.comm(), [&] {
+    if (begin < from && from <= end)
+      throw UserError(fmt::format(
+          "{}: 'statistics.from' is {}, within the time that the run before has averaged, {:.6g} "
+          "to {:.6g}; give {:.6g}, and they go on, or a later time, and they begin anew.",
+          settings_.file, from, begin, end, begin));
+  });
+  return from > end;
+}
+
 template <class Real>
 void Statistics<Real>::load(const LoadGroup& group) {
+  if (begins_after(group)) return;
   const bool first_rank = decomposition_.rank() == 0;
   collectively(decomposition_.comm(), [&] {
     bool fits = group.list<std::int32_t>("spectra_planes") == spectrum_planes_;

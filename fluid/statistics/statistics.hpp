@@ -80,7 +80,7 @@ class Statistics {
   /// The time that a sample at `time` stands for [T]: since the one before; `first` for the first
   /// one from statistics.from on.
   double duration_at(double time, double first) const {
-    return samples_ == 0 || end_ < settings_.statistics.from ? first : time - end_;
+    return samples_ == 0 ? first : time - end_;
   }
 
   std::int64_t samples() const { return samples_; }
@@ -88,11 +88,13 @@ class Statistics {
 
   /// All sums, for a run that goes on. save() hands the ranks' shares to the first rank, as load()
   /// does, so that both runs go on adding in the same order: to the same digits on the same ranks.
-  /// load() throws UserError when the sums are not those of these settings.
+  /// load() throws UserError when the sums are not those of these settings; where
+  /// `statistics.from` lies behind them it takes none, and the averages begin anew.
   void save(const SaveGroup& group);
   void load(const LoadGroup& group);
 
  private:
+  bool begins_after(const LoadGroup& group) const;
   /// What is summed up. Each quantity has the points of one place of the cell; the count of fluid
   /// points of a place is a quantity, too.
   enum Quantity : std::size_t {

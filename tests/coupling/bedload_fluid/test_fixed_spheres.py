@@ -15,11 +15,11 @@ VOLUME = 4.0 * 3.0 * 2.0
 AREA = 4.0 * 2.0
 
 
-def flow_over_a_bed(folder, *options, ranks=1, out="out", before=()):
+def flow_over_a_bed(folder, *options, ranks=1, out="out", before=(), places=PLACES):
     """history.csv by column, and /fixed of spheres.h5."""
     text = (SCENE / "fluid.toml").read_text(encoding="utf-8")
     (folder / "fluid.toml").write_text(text.replace("[spheres]", '[spheres]\nfile = "bed.txt"'))
-    (folder / "bed.txt").write_text("".join("{} {} {} 0.5\n".format(*place) for place in PLACES))
+    (folder / "bed.txt").write_text("".join("{} {} {} 0.5\n".format(*place) for place in places))
     fluid = [*before, str(BIN / "bedload-fluid"), "fluid.toml", "--out", out, "--set", "time.end=0.4", *options]
     result = run(command(fluid, None, (ranks, 0)), folder)
     assert result.status == 0, result.output
@@ -57,6 +57,28 @@ def test_buoyancy_belongs_to_it_and_samples_come_when_asked_for(tmp_path):
     weight = len(PLACES) * np.pi / 6.0 * 0.5
     np.testing.assert_allclose(history["fixed_force_y"] - without["fixed_force_y"], weight, rtol=1e-9)
     np.testing.assert_allclose(fixed["force_time"], [0.1, 0.2, 0.3, 0.4], rtol=1e-9)
+
+
+def test_buoyancy_is_of_what_lies_in_the_box(tmp_path):
+    """Hemispheres on the floor: half of their volume."""
+    bed = [(x, 0.0, z) for x, _, z in PLACES]
+    forces = [
+        flow_over_a_bed(tmp_path, "--steps", "3", "--set", f"fluid.gravity=[0.0, {g}, 0.0]", out=f"g{g}", places=bed)[0]
+        for g in (-0.5, 0.0)
+    ]
+    half_weight = len(PLACES) * np.pi / 12.0 * 0.5
+    np.testing.assert_allclose(forces[0]["fixed_force_y"] - forces[1]["fixed_force_y"], half_weight, rtol=1e-9)
+
+
+def test_a_run_that_is_over_adds_no_row(tmp_path):
+    """Given again with nothing left to do, at a step that history_every leaves out."""
+    over = ("--set", "time.end=0.14", "--set", "output.history_every=5")
+    first, _ = flow_over_a_bed(tmp_path, *over)
+    assert list(first["step"]) == [5, 7]
+    for _ in range(2):
+        again, _ = flow_over_a_bed(tmp_path, *over, "--restart", "out")
+        for name in first:
+            np.testing.assert_array_equal(again[name], first[name])
 
 
 def test_a_restart_leaves_one_sample(tmp_path):

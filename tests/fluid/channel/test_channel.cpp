@@ -316,17 +316,17 @@ TEST(StartField, BecomesTurbulent) {
 /// The old pressure gradient in the predictor, once a sphere has been there, against none: without
 /// forcing in between, the projection yields the same velocity, and the summed-up pressure is the
 /// same as the one solved for anew. So where it is in all planes, and where in the lowest alone.
-template <class Advance>
-void expect_same_as_solved_anew(Advance advance_summed) {
+template <class Meet, class Advance>
+void expect_same_as_solved_anew(Meet meet_spheres, Advance advance_summed,
+                                Wall y_ends = Wall::no_slip) {
   Settings s = box({16, 12, 12}, 1.0 / 12, 1e-3, 0.01);
+  set_y_ends(s, y_ends, y_ends);
   disturb(s, 1.0, 0.3);
   s.flow.driving = Driving::bulk_velocity;
   s.flow.bulk_velocity = 1.0;
   s.spheres.pressure_share = 1.0;  // or the sum lags behind
-  const std::vector<SphereState> one{{.tag = 1, .position = {0.5, 0.4, 0.5}, .radius = 0.25}};
   Channel<double> anew(s, MPI_COMM_WORLD), summed(s, MPI_COMM_WORLD);
-  summed.set_spheres(one);
-  summed.set_spheres({});
+  meet_spheres(summed);
   advance(anew, 5);
   advance_summed(summed);
   double velocity = 0.0, pressure = 0.0, largest = 0.0;
@@ -347,8 +347,18 @@ void expect_same_as_solved_anew(Advance advance_summed) {
 }
 
 TEST(Pressure, SummedUpAndSolvedAnewAreTheSame) {
-  expect_same_as_solved_anew([](Channel<double>& summed) { advance_in_parts(summed, 5); });
-  expect_same_as_solved_anew([](Channel<double>& summed) { advance(summed, 5); });
+  const auto met = [](Channel<double>& summed) {
+    const std::vector<SphereState> one{{.tag = 1, .position = {0.5, 0.4, 0.5}, .radius = 0.25}};
+    summed.set_spheres(one);
+    summed.set_spheres({});
+  };
+  expect_same_as_solved_anew(met, [](Channel<double>& summed) { advance_in_parts(summed, 5); });
+  expect_same_as_solved_anew(met, [](Channel<double>& summed) { advance(summed, 5); });
+  // Spheres that a script will insert: none has been there yet.
+  const auto waited_for = [](Channel<double>& summed) { summed.move_spheres({}); };
+  for (const Wall y_ends : {Wall::no_slip, Wall::periodic})
+    expect_same_as_solved_anew(
+        waited_for, [](Channel<double>& summed) { advance(summed, 5); }, y_ends);
 }
 
 /// A state of another run brings the force that kept that run's bulk velocity; a run that is driven
@@ -374,6 +384,48 @@ TEST(Restart, IsDrivenAsItsOwnSettingsSay) {
     // Without walls all of the force speeds up: du = G t / rho.
     EXPECT_NEAR(channel.bulk_velocity(), gradient / 2.0 * 0.1, 1e-14);
   }
+}
+
+/// Couette flow from rest in single precision, nu dt/h^2 = 400 and 800: the balance of momentum is
+/// off by more than the rounding of a sum, and by no more than its bound for such steps.
+TEST(Momentum, IsBalancedToTheRoundingOfLongImplicitSteps) {
+  for (const double length : {400.0, 800.0}) {
+    const double h = 1.0 / 16, dt = h;
+    Settings s = box({16, 16, 16}, h, length * h * h / dt, dt);
+    set_y_ends(s, Wall::no_slip, Wall::no_slip);
+    s.boundary.y_upper_velocity = {1.0, 0.0, 0.0};
+    s.fluid.diffusion = Diffusion::implicit;
+    s.flow.driving = Driving::none;
+    Channel<float> channel(s, MPI_COMM_WORLD);
+    double largest = 0.0;
+    for (int n = 0; n < 5; ++n) {
+      advance(channel, 1);
+      largest = std::max(largest, std::abs(channel.momentum_residual()));
+    }
+    EXPECT_GT(largest, 1e-6) << "no need of this bound";
+    EXPECT_LT(largest, channel.momentum_rounding());
+    EXPECT_LT(channel.momentum_rounding(), 20 * largest);
+    EXPECT_NEAR(channel.bulk_velocity(), 0.5, 4e-3);  // it still rings, as in double
+  }
+}
+
+/// A state with another bulk velocity is another start: what brings it there drives nothing.
+TEST(Restart, IsShiftedToItsBulkVelocity) {
+  Settings s = box({8, 8, 8}, 1.0 / 8, 1e-3, 0.01);
+  s.flow.driving = Driving::bulk_velocity;
+  s.start.velocity = s.flow.bulk_velocity = 1.0;
+  const Channel<double> slow(s, MPI_COMM_WORLD);
+  s.flow.bulk_velocity = 1.2;
+  Channel<double> fast(s, MPI_COMM_WORLD);
+  for (int j = 0; j < slow.decomposition().planes(); ++j)
+    std::copy_n(slow.velocity().plane(j), slow.velocity().plane_size(),
+                fast.fields_to_restore()[Stored::velocity].plane(j));
+  fast.shift_to_bulk_velocity();
+  fast.restored(0.0, 0, 0.0, false);
+  EXPECT_NEAR(fast.bulk_velocity(), 1.2, 1e-14);
+  EXPECT_NEAR(fast.velocity().row(2, 2, 0)[3] - slow.velocity().row(2, 2, 0)[3], 0.2, 1e-14);
+  advance(fast, 1);
+  EXPECT_LT(std::abs(fast.driving_force()), 0.5) << "0.2 in a step of 0.01 would be 20";
 }
 
 /// A run that goes on from its own velocity and pressure is the same run.

@@ -381,6 +381,10 @@ TEST(OutputHistory, HasOneRowPerCallAndIsCutBackOnRestart) {
     for (row.step = 1; row.step <= 5; ++row.step) history.add(row);
     std::ofstream(folder + "/history.csv", std::ios::app) << "6,0.33";  // cut off by a crash
   }
+  {
+    History history(folder, 4);
+    EXPECT_EQ(history.kept_until(), 4);
+  }
   { History(folder, 3).add(row); }
   const std::string text = content(folder + "/history.csv");
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 5);  // header, 1, 2, 3 and the new row

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -456,6 +457,31 @@ TEST(Statistics, GoOnAfterARestartAndDoNotKnowTheRanks) {
                                   MPI_COMM_WORLD),
                  UserError);
   }
+}
+
+/// A later `statistics.from` begins the averages anew; one within them cannot be met.
+TEST(Statistics, BeginAnewFromALaterTime) {
+  Settings settings = periodic_box();
+  settings.statistics.spectra_heights = {0.7};
+  WrittenFlow begun(settings, MPI_COMM_WORLD);
+  for (int n = 0; n < 3; ++n) {
+    begun.write([](int, const Vec3&) { return 1.0; });
+    begun.sample({}, 1.0);
+  }
+  const FlowStatistics before = begun.statistics.result();
+  ASSERT_LT(before.begin, before.end);
+  const test::Folder folder;
+  const auto samples_from = [&](double from) {
+    settings.statistics.from = from;
+    WrittenFlow continued(settings, MPI_COMM_WORLD);
+    test::carry_over(begun.statistics, continued.statistics, folder / fmt::format("{}.h5", from),
+                     MPI_COMM_WORLD);
+    return continued.statistics.samples();
+  };
+  EXPECT_EQ(samples_from(0.5 * before.begin), 3);
+  EXPECT_EQ(samples_from(before.begin), 3);
+  EXPECT_EQ(samples_from(before.end + 0.1), 0);
+  EXPECT_THROW(samples_from(before.end), UserError);
 }
 
 }  // namespace
