@@ -96,9 +96,10 @@ std::string key_of(const std::string& override_) {
   return key.substr(0, key.find_last_not_of(' ') + 1);
 }
 
-/// Number, place and size of the fixed spheres, in any order.
-std::array<std::int64_t, 2> fingerprint_of_fixed(std::span<const SphereState> spheres) {
-  std::array<std::int64_t, 2> all{};
+/// Number of the fixed spheres, their places and sizes, and these with their tags: what is kept of
+/// one goes by its tag, the line of a sphere file.
+std::array<std::int64_t, 3> fingerprint_of_fixed(std::span<const SphereState> spheres) {
+  std::array<std::int64_t, 3> all{};
   for (const SphereState& sphere : spheres) {
     if (sphere.mobile) continue;
     std::uint64_t hash = fnv_start;
@@ -107,6 +108,7 @@ std::array<std::int64_t, 2> fingerprint_of_fixed(std::span<const SphereState> sp
       hash = fnv_mixed(hash, std::bit_cast<std::uint64_t>(number));
     ++all[0];
     all[1] ^= std::bit_cast<std::int64_t>(hash);
+    all[2] ^= std::bit_cast<std::int64_t>(fnv_mixed(hash, static_cast<std::uint64_t>(sphere.tag)));
   }
   return all;
 }
@@ -175,7 +177,13 @@ std::vector<std::string> differences(const Resumption& from, const Settings& set
 void check_fixed_spheres(const Resumption& from, std::span<const SphereState> spheres) {
   const auto before = from.run().list<std::int64_t>(fixed_name);
   const auto now = fingerprint_of_fixed(spheres);
-  if (std::equal(before.begin(), before.end(), now.begin(), now.end())) return;
+  // An earlier version kept no tags.
+  if (before.size() <= now.size() && std::equal(before.begin(), before.end(), now.begin())) return;
+  if (before.at(1) == now[1])
+    throw UserError(fmt::format(
+        "{}: 'spheres.file' has the fixed spheres of the run before in another order now; a run "
+        "that goes on knows each by its line.",
+        from.place.fluid()));
   throw UserError(fmt::format(
       "{}: the run before had {} fixed spheres, and 'spheres.file' has {}{} now; a run goes on "
       "with "
@@ -341,9 +349,9 @@ void Checkpoints<Real>::save(const SaveGroup& run) const {
     text += fmt::format("{} = {}\n", key, value);
   run.text(settings_name, text);
   run.text(overrides_name, fmt::format("{}", fmt::join(settings_.overrides, "\n")));
-  std::array<std::int64_t, 2> fixed = fingerprint_of_fixed(simulation_.fixed_here());
+  std::array<std::int64_t, 3> fixed = fingerprint_of_fixed(simulation_.fixed_here());
   MPI_Allreduce(MPI_IN_PLACE, &fixed[0], 1, MPI_INT64_T, MPI_SUM, run.comm());
-  MPI_Allreduce(MPI_IN_PLACE, &fixed[1], 1, MPI_INT64_T, MPI_BXOR, run.comm());
+  MPI_Allreduce(MPI_IN_PLACE, &fixed[1], 2, MPI_INT64_T, MPI_BXOR, run.comm());
   run.list<std::int64_t>(fixed_name, fixed);
   run.value(every_name, settings_.checkpoint.every);
   run.value(next_name, next_time_);

@@ -162,7 +162,7 @@ def test_the_runs_own_values_hold(tmp_path):
 
 def test_other_fixed_spheres_without_liggghts(tmp_path):
     (tmp_path / "fluid.toml").write_text((SCENE / "fluid.toml").read_text())
-    (tmp_path / "spheres.txt").write_text("1 1 1 0.4\n")
+    (tmp_path / "spheres.txt").write_text("1 1 1 0.4\n3 1 1 0.3\n")
 
     def alone(*options):
         words = [str(BIN / "bedload-fluid"), str(tmp_path / "fluid.toml"), "--out", str(tmp_path / "out")]
@@ -171,7 +171,10 @@ def test_other_fixed_spheres_without_liggghts(tmp_path):
     result = alone("--set", 'spheres.file="spheres.txt"')
     assert result.status == 0, result.output
     assert alone("--restart", str(tmp_path / "out")).status == 0
-    (tmp_path / "spheres.txt").write_text("1 1 1 0.45\n")
+    (tmp_path / "spheres.txt").write_text("3 1 1 0.3\n1 1 1 0.4\n")
+    result = alone("--restart", str(tmp_path / "out"))
+    assert result.status == 1 and "in another order now" in result.output and len(spoken(result.output)) == 1
+    (tmp_path / "spheres.txt").write_text("1 1 1 0.45\n3 1 1 0.3\n")
     result = alone("--restart", str(tmp_path / "out"))
     assert result.status == 1 and len(spoken(result.output)) == 1
     assert "fixed spheres" in result.output and "start.file" in result.output
