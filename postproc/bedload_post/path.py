@@ -29,9 +29,12 @@ def state_at(time: np.ndarray, phases: Phases, tag: int) -> np.ndarray:
     return phases.state[rows[np.clip(at, 0, len(rows) - 1)]]
 
 
-def shares_of(state: np.ndarray) -> np.ndarray:
-    """Share of the samples in each state."""
-    return np.bincount(state, minlength=len(NAMES)) / len(state)
+def shares_of(phases: Phases, tag: int, first: float, last: float) -> np.ndarray:
+    """Share of the time from `first` to `last` that one grain spends in each state, as drawn."""
+    rows = phases.tag == tag
+    spent = np.minimum(phases.end[rows], last) - np.maximum(phases.start[rows], first)
+    time = np.bincount(phases.state[rows], weights=np.maximum(spent, 0.0), minlength=len(NAMES))
+    return time / max(time.sum(), np.finfo(float).tiny)
 
 
 def _circles(axes, centres: np.ndarray, radii: np.ndarray, **style) -> None:
@@ -104,7 +107,8 @@ def draw(
         axes.set_facecolor("#f4f8fb")
     from_side.set(xlim=(low, high), ylim=(0.0, top), ylabel="y / D")
     from_above.set(ylim=side, xlabel="x / D (periodic images in a row)", ylabel="z / D")
-    for name, colour, share in zip(NAMES, COLOURS, shares_of(state), strict=True):
+    shares = shares_of(phases, tag, samples.time[0], samples.time[-1])
+    for name, colour, share in zip(NAMES, COLOURS, shares, strict=True):
         from_side.plot([], [], color=colour, lw=3, label=f"{name} {100 * share:.1f} %")
     from_side.legend(ncol=3, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
     figure.suptitle(

@@ -81,9 +81,13 @@ def test_state_along_the_path(folder):
     assert found.tolist() == [states.RESTING, states.CREEPING, states.JUMPING, states.RESTING]
 
 
-def test_the_path_s_legend_counts_what_is_drawn():
-    drawn = np.array([states.RESTING, states.CREEPING, states.CREEPING, states.RESTING])
-    assert path.shares_of(drawn).tolist() == [0.5, 0.5, 0.0]
+def test_the_path_s_legend_counts_what_is_drawn(folder):
+    """By time, as the screen does, and not by samples; of a part only what lies in it."""
+    run = Run(folder)
+    phases, time = phases_of(run), run.samples_of(1).time
+    assert path.shares_of(phases, 1, time[0], time[-1]) == pytest.approx(phases.shares(), abs=1e-12)
+    assert path.shares_of(phases, 1, 2.0, 3.0).tolist() == [1.0, 0.0, 0.0]
+    assert path.shares_of(phases, 1, 7.5, 8.5)[states.JUMPING] == pytest.approx(1.0, abs=0.05)
 
 
 def test_captions_say_what_is_so(folder, tmp_path):
