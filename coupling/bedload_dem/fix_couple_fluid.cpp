@@ -13,6 +13,7 @@
 #include "coupling/bedload_dem/attach.hpp"
 #include "coupling/bedload_dem/over_ranks.hpp"
 #include "coupling/bedload_dem/overlaps.hpp"
+#include "coupling/bedload_dem/projected_loads.hpp"
 #include "coupling/bedload_dem/restarted_dumps.hpp"
 #include "coupling/bedload_dem/scene_description.hpp"
 #include "coupling/exchange/clock.hpp"
@@ -332,10 +333,13 @@ void FixCoupleFluid::book_lost(const LoadRecord& load) {
 // P what the fixes behind this one leave of a load that take components out of forces.
 void FixCoupleFluid::hold_loads() {
   ++loads_received_;
-  const std::vector<LAMMPS_NS::Fix*> projecting = projecting_fixes();
-  const ForcesOnAtoms before = projecting.empty() ? ForcesOnAtoms{} : projected_loads(projecting);
   double** const held_force = force_->array_atom;
   double** const held_torque = torque_->array_atom;
+  const std::vector<LAMMPS_NS::Fix*> projecting = projecting_fixes(*modify, modify->my_index(this));
+  const auto projected = [&] {
+    return projected_loads(*atom, held_force, held_torque, projecting);
+  };
+  const ForcesOnAtoms before = projecting.empty() ? ForcesOnAtoms{} : projected();
   for (const LoadRecord& load : stage_.loads) {
     const int i = place_of(load.tag);
     if (i < 0) continue;
@@ -349,50 +353,13 @@ void FixCoupleFluid::hold_loads() {
     }
   }
   if (projecting.empty()) return;
-  const ForcesOnAtoms now = projected_loads(projecting);
+  const ForcesOnAtoms now = projected();
   for (int i = 0; i < atom->nlocal; ++i)
     for (std::size_t d = 0; d < 3; ++d) {
       const auto n = static_cast<std::size_t>(i);
       atom->f[i][d] += now.force[n][d] - before.force[n][d];
       atom->torque[i][d] += now.torque[n][d] - before.torque[n][d];
     }
-}
-
-/// Those behind this one that hold a sphere in its plane, say.
-std::vector<LAMMPS_NS::Fix*> FixCoupleFluid::projecting_fixes() {
-  std::vector<LAMMPS_NS::Fix*> found;
-  for (int n = modify->my_index(this) + 1; n < modify->nfix; ++n) {
-    const std::string_view their_style(modify->fix[n]->style);
-    if (their_style == "freeze" || projects_forces(their_style)) found.push_back(modify->fix[n]);
-  }
-  return found;
-}
-
-FixCoupleFluid::ForcesOnAtoms FixCoupleFluid::forces_on_atoms() const {
-  ForcesOnAtoms forces;
-  for (int i = 0; i < atom->nlocal; ++i) {
-    forces.force.push_back(triple(atom->f[i]));
-    forces.torque.push_back(triple(atom->torque[i]));
-  }
-  return forces;
-}
-
-/// What the fixes leave of the loads that are held, as if no other force were there.
-FixCoupleFluid::ForcesOnAtoms FixCoupleFluid::projected_loads(
-    const std::vector<LAMMPS_NS::Fix*>& projecting) {
-  const auto set = [this](int i, const double* force, const double* torque) {
-    std::copy_n(force, 3, atom->f[i]);
-    std::copy_n(torque, 3, atom->torque[i]);
-  };
-  const ForcesOnAtoms all = forces_on_atoms();
-  for (int i = 0; i < atom->nlocal; ++i) set(i, force_->array_atom[i], torque_->array_atom[i]);
-  for (LAMMPS_NS::Fix* const fix : projecting) fix->post_force(0);
-  ForcesOnAtoms loads = forces_on_atoms();
-  for (int i = 0; i < atom->nlocal; ++i) {
-    const auto n = static_cast<std::size_t>(i);
-    set(i, all.force[n].data(), all.torque[n].data());
-  }
-  return loads;
 }
 
 void FixCoupleFluid::renew_motion() {

@@ -94,11 +94,6 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   void allow_run(bool allowed) { run_allowed_ = allowed; }
 
  private:
-  /// Of this rank's own atoms.
-  struct ForcesOnAtoms {
-    std::vector<Triple> force, torque;
-  };
-
   void hand_on_loads();
   void book_lost(const LoadRecord& load);
   void hold_loads();
@@ -108,9 +103,6 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   /// Stores with the spheres what they overlap now, to be sent and to go into a checkpoint.
   void note_overlaps();
   void take_mean();
-  std::vector<LAMMPS_NS::Fix*> projecting_fixes();
-  ForcesOnAtoms forces_on_atoms() const;
-  ForcesOnAtoms projected_loads(const std::vector<LAMMPS_NS::Fix*>& projecting);
   /// As fix collision/table counts them; -1: there is none. Collective.
   std::int64_t finished_collisions() const;
 
