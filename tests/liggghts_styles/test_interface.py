@@ -99,6 +99,51 @@ def test_values_of_a_contact_in_dump_local(tmp_path):
 WEIGHT = ["group some type 1", "group none subtract all some", "fix weight none gravity 9.81 vector 0 -1 0"]
 
 
+RPM_FRICTION = "model rpm tangential haff_werner"
+REACH = "range 4e-4 strength 7"
+
+
+@pytest.mark.parametrize("rolls", [False, True])
+def test_friction_of_rpm_at_a_wall_before_the_touch(tmp_path, rolls):
+    """A sphere that slides fast within the range feels μ F_n, one that rolls feels nothing: its slip is v + n × a ω
+    with the arm a to the middle of the gap."""
+    gap, v = 1e-4, 0.5
+    spin = -v / (D / 2 + gap / 2) if rolls else 0.0
+    scene = Scene(
+        [Sphere((0.0, D / 2 + gap, 0.0), (v, 0.0, 0.0), (0.0, 0.0, spin), diameter=D)],
+        contact=RPM_FRICTION,
+        settings=REACH,
+        lines=[f"fix floor all wall/gran {RPM_FRICTION} primitive type 1 yplane 0.0 {REACH}", *WEIGHT],
+    )
+    along, across = scene.run(tmp_path, 1).f[0, :2]
+    weight = 9.81 * scene.spheres[0].mass
+    assert across == pytest.approx(7 * weight * 0.75**2, rel=1e-3)
+    assert along == pytest.approx(0 if rolls else -scene.friction * across, abs=1e-3 * across)
+
+
+def test_friction_of_rpm_between_spheres_before_the_touch(tmp_path):
+    """Slow slip of two spheres that spin: F_t = d_t |g_t|, d_t = 2/7 m/(T + Δt), m the reduced mass, T one fluid step, the
+    arms reaching to the middle of the gap. Spins of one sense slip, those of opposite sense roll. Bound: what one step
+    of damping takes."""
+    gap, spin = 1e-4, 0.2
+    force = []
+    for other in (spin, -spin):
+        scene = Scene(
+            [Sphere((0.0, 0.0, 0.0), spin=(0.0, 0.0, spin)), Sphere((D + gap, 0.0, 0.0), spin=(0.0, 0.0, other))],
+            contact=RPM_FRICTION,
+            settings=REACH,
+            lines=WEIGHT,
+        )
+        force.append(scene.run(tmp_path / str(other), 1).f)
+    mass = scene.spheres[0].mass / 2
+    damping = 2 / 7 * mass / (scene.fluid_step + scene.dt)
+    slip = 2 * (D / 2 + gap / 2) * spin
+    found = force[0][1, 1]
+    assert found == pytest.approx(damping * slip, rel=2 * scene.dt / scene.fluid_step)
+    assert force[0][0, 1] == pytest.approx(-found, rel=1e-12)
+    assert abs(force[1][1, 1]) < 1e-6 * found
+
+
 @pytest.mark.parametrize("fixes", [1, 2])
 def test_force_of_rpm(tmp_path, fixes):
     """F = ε m_p g ((S - ζ)/S)² at a gap of S/4, on both partners: m_p is the sphere's mass at a wall and at
@@ -144,14 +189,15 @@ def test_a_sphere_that_starts_inside_the_range_of_rpm_is_named(tmp_path, share, 
     assert ("rpm: sphere 1 stands 0.0002 inside the range" in run_script(tmp_path, scene.script(5))) == warns
 
 
-def test_default_strength_of_rpm(tmp_path):
-    """Two equal spheres that meet at sqrt(g D) are in range of each other for collisionSteps fluid steps,
-    within the DEM step; twice the strength would take 0.79 of that."""
-    u, steps, step = np.sqrt(9.81 * D), 8, 1e-3
+@pytest.mark.parametrize(("given", "steps"), [("collisionSteps 8", 8), ("", 5)])
+def test_default_strength_of_rpm(tmp_path, given, steps):
+    """Two equal spheres that meet at sqrt(g D) are in range of each other for collisionSteps fluid steps, five unless
+    told, within the DEM step; twice the strength would take 0.79 of that."""
+    u, step = np.sqrt(9.81 * D), 1e-3
     scene = Scene(
         [Sphere((0, 0, 0), (u, 0, 0)), Sphere((D + 4.3e-4, 0, 0))],
         contact="model rpm",
-        settings=f"range 4e-4 collisionSteps {steps}",
+        settings=f"range 4e-4 {given}",
         fluid_step=step,
         lines=[*WEIGHT, "fix table all collision/table file table.csv"],
     )

@@ -179,6 +179,27 @@ def test_below_the_smallest_gap(tmp_path):
         assert gap - found == pytest.approx(closed, rel=5e-3)
 
 
+@pytest.mark.parametrize(("grid", "share"), [(False, 3e-3), (True, 1e-3)])
+def test_default_smallest_gap(tmp_path, grid, share):
+    """3e-3 of the smaller radius of the published law, 1e-3 of what a grid lacks, which for h = D is all but the
+    whole film: the constant speed of the test above."""
+    d2, gap = D / 4, 0.5e-3 * D / 8
+    radius, smallest = D * d2 / (D + d2) / 2, share * d2 / 2
+    c = 6 * np.pi * MU * radius**2 / smallest
+    steps = 100
+    scene = pushed_pair(15, d2=d2, gap=gap)
+    time = steps * scene.dt
+    push = 0.1 * gap * c / time
+    scene = pushed_pair(15, d2=d2, gap=gap, push=push)
+    if grid:
+        scene.lines.insert(0, with_grid(D))
+    # Behind the first step, in which the film does not know of the push yet.
+    end = scene.run(tmp_path, ["run 10", *dump_now("begin.dump"), f"run {steps}"])
+    begin, _ = gaps(scene, read_dump(tmp_path / "begin.dump"))
+    found, _ = gaps(scene, end)
+    assert begin - found == pytest.approx(0.1 * gap, rel=0.01)
+
+
 def test_force_is_the_formula_where_resolved(tmp_path):
     """One step from a known speed: the change of momentum is -6πμR²/ζ g Δt to first order in
     c Δt/m = 0.004, exactly to second order."""
@@ -367,9 +388,9 @@ def tangential_drag(size, gap):
     return motions.T @ np.diag(np.diag(dampers) * exp1(k * gap / SLIDE_H)) @ motions
 
 
-def slider(folder, film, pair, motion, gap, seconds):
-    """End state of a sphere that moves along x and turns about z (`motion`) at `gap` over a wall or, with a
-    diameter as `pair`, over a held sphere."""
+def slider(folder, film, pair, motion, gap, seconds, wall_speed=0.0):
+    """End state of a sphere that moves along x and turns about z (`motion`) at `gap` over a wall, which moves along x,
+    too, or, with a diameter as `pair`, over a held sphere."""
     velocity, spin = motion
     scene = Scene(
         [Sphere((0.0, D / 2 + gap, 0.0), (velocity, 0.0, 0.0), (0.0, 0.0, spin), diameter=D)],
@@ -378,12 +399,24 @@ def slider(folder, film, pair, motion, gap, seconds):
         lines=[with_grid(SLIDE_H), f"fix film all lubrication viscosity {SLIDE_MU} {film}"],
     )
     if pair is None:
-        scene.lines.append("fix floor all wall/gran model actm tangential off primitive type 1 yplane 0.0")
+        scene.lines.append(
+            f"fix floor all wall/gran model actm tangential off primitive type 1 yplane 0.0 shear x {wall_speed}"
+        )
     else:
         scene.spheres.append(Sphere((0.0, -pair / 2, 0.0), diameter=pair))
         scene.lines += ["group held id 2", "group free id 1", "fix hold held freeze"]
         scene.integrate = "fix integrate free nve/sphere"
     return scene.run(folder, round(seconds / scene.dt))
+
+
+def test_films_know_how_fast_the_wall_moves(tmp_path):
+    """The same motion seen by one who goes along with the wall."""
+    gap, seconds, speed = 2e-4, 40e-3, 0.03
+    rest = slider(tmp_path / "rest", "tangential on", None, (0.05, 20.0), gap, seconds)
+    moving = slider(tmp_path / "moving", "tangential on", None, (0.05 + speed, 20.0), gap, seconds, speed)
+    assert rest.v[0, 0] < 0.047
+    assert moving.v[0, 0] - speed == pytest.approx(rest.v[0, 0], rel=1e-9)
+    assert moving.spin[0, 2] == pytest.approx(rest.spin[0, 2], rel=1e-9)
 
 
 @pytest.mark.parametrize("pair", [None, D, 3 * D])

@@ -4,10 +4,13 @@ D = 2, u_b = 3, rho_f = 1.5, rho_p = 2.1, H = 8, nu = 0.01, g = 0.5; the grain's
 Bounds: 1 % or a bin of the heights; samples every 0.001 of pieces that begin and end between them.
 """
 
+import shutil
+
 import h5py
 import numpy as np
 import pytest
 from bedload_post import bed_friction, flow_statistics, model_numbers, states, summary, transport
+from bedload_post.collision_statistics import collision_statistics
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import Run
 from bedload_studies import scene_answers, threshold
@@ -48,6 +51,18 @@ def run(tmp_path_factory):
         lines.append(f"{n},{t:.3f},0.1,0.5,{force},1e-14,0.02,0.004,3e-15")
     (folder / "history.csv").write_text("\n".join(lines) + "\n")
     return Run(folder)
+
+
+def test_collisions_are_measured_in_their_own_units(run, tmp_path):
+    """St = rho_p u D/(9 rho_f nu), overlaps in D."""
+    copy = tmp_path / "run"
+    shutil.copytree(run.folder, copy)
+    (copy / "collisions.csv").write_text(
+        "tag_i,tag_j,time_start,time_end,impact_speed_normal,largest_overlap\n1,1000,2.0,2.5,0.3,0.05\n"
+    )
+    found = collision_statistics(Run(copy))
+    assert found.stokes == pytest.approx([2.1 * 0.3 * 2 / (9 * 1.5 * 0.01)])
+    assert found.overlap == pytest.approx([0.05 / 2])
 
 
 def test_every_number_of_the_models_report(run):

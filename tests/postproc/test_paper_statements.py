@@ -325,6 +325,11 @@ def test_intervals_of_histograms():
     assert part.pdf_interval("height")[low] == pytest.approx(2.26216 * 26.352 / np.sqrt(10), rel=1e-4)
 
 
+def test_the_paper_s_velocities():
+    """Table 2, from which the made-up runs above take theirs."""
+    assert paper_statements.TABLE_2 == {"rpm": 0.247, "rpm_hw": 0.181, "actm": 0.121, "actm_hw": 0.093}
+
+
 def test_collisions_are_measured_in_t_c(tmp_path):
     """St = rho_p u D/(9 mu) = 1.25 u/(9 x 2.6578e-3)."""
     run = Run(write_run(tmp_path / "run", wandering_story()))

@@ -6,8 +6,9 @@ import csv
 
 import numpy as np
 import pytest
-from programs import BIN
+from programs import BIN, command, run
 
+from bedload_launcher import scenes
 from bedload_launcher.job import Ranks
 from bedload_studies import validation_rebounds, validation_runs
 
@@ -69,3 +70,37 @@ def test_a_light_sphere_comes_off_a_fixed_one(runner):
     assert collision is not None
     kept = float(collision["rebound_speed_normal"]) / float(collision["impact_speed_normal"])
     assert kept == pytest.approx(0.73, abs=0.1)
+
+
+PAIR = [  # the fixed sphere of the scene is thrown at the other one
+    ("set          type 1 diameter 1 density ${density}",
+     "set          type 1 diameter 1 density ${density} vy 1"),
+    (" fixed bed", ""), ("fix          motion grain", "fix          motion all"),
+    ("fix          still  bed freeze\n", ""),
+]  # fmt: skip
+
+
+def test_two_free_spheres_share_what_viscosity_takes(tmp_path):
+    """Between equals each jumps by half of the relative jump and loses beta of that, so that the pair loses beta of it
+    as one sphere does at a wall. At the touch they have 0.80: beta = 0.225, and 0.97 (1 - beta)/(1 + beta) = 0.61; the
+    run has 0.57. Twice the damper would be 0.39, half of it 0.77."""
+    folder = scenes.INPUTS / "validation" / "onto_sphere"
+    text = (folder / "in.liggghts").read_text(encoding="utf-8")
+    for found, given in PAIR:
+        assert found in text
+        text = text.replace(found, given)
+    (tmp_path / "in.liggghts").write_text(text, encoding="utf-8")
+    out, n = tmp_path / "out", 6
+    viscosity = validation_rebounds.ONTO_STOKES * 2.5 / 80.0
+    fluid = [str(BIN / "bedload-fluid"), str(folder / "fluid.toml"), "--out", str(out)]
+    for setting in (f"grid.cells=[{4 * n},{6 * n},{4 * n}]", f"fluid.kinematic_viscosity={viscosity}", "time.end=2.0",
+                    f"time.step={min(0.25 / n, 0.1 / (n * n * viscosity))}"):  # fmt: skip
+        fluid += ["--set", setting]
+    dem = [str(BIN / "bedload-dem"), "-in", str(tmp_path / "in.liggghts"), "-var", "out", str(out), "-log", "none"]
+    result = run(command(fluid, dem, (1, 1)), tmp_path, timeout=300)
+    assert result.status == 0, result.output
+    with open(out / "collisions.csv", encoding="utf-8") as file:
+        collision = next(csv.DictReader(file))
+    kept = float(collision["rebound_speed_normal"]) / float(collision["impact_speed_normal"])
+    assert float(collision["impact_speed_normal"]) == pytest.approx(0.80, abs=0.02)
+    assert kept == pytest.approx(0.61, abs=0.08)

@@ -59,6 +59,17 @@ def test_buoyancy_belongs_to_it_and_samples_come_when_asked_for(tmp_path):
     np.testing.assert_allclose(fixed["force_time"], [0.1, 0.2, 0.3, 0.4], rtol=1e-9)
 
 
+def test_columns_that_follow_from_others(tmp_path):
+    """u_tau_driving² ρ = driving × reference.height; what viscosity takes at a step's end is what it took in its stages,
+    within what the flow changes in a step."""
+    history, _ = flow_over_a_bed(tmp_path, "--set", "fluid.density=2.0", "--set", 'output.energy_work="on"')
+    driving = np.abs(history["driving"])
+    np.testing.assert_allclose(2.0 * history["u_tau_driving"] ** 2, driving * 2.0, rtol=1e-9)
+    late = slice(5, None)
+    assert history["dissipation"][late].min() > 0
+    np.testing.assert_allclose(history["dissipation"][late], -history["viscous_work"][late], rtol=0.1)
+
+
 def test_buoyancy_is_of_what_lies_in_the_box(tmp_path):
     """Hemispheres on the floor: half of their volume."""
     bed = [(x, 0.0, z) for x, _, z in PLACES]

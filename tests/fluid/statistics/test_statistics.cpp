@@ -254,6 +254,45 @@ TEST(Statistics, PoiseuilleFlowHasItsStress) {
   for (const double force : r.spheres) EXPECT_NEAR(force, 0.0, 1e-12);
 }
 
+/// u_tau of an open channel is that of its one wall: the free surface is none.
+TEST(Statistics, TheFreeSurfaceBearsNoFriction) {
+  Settings s = box({16, 12, 16}, 0.125, 0.01, 0.01);
+  set_y_ends(s, Wall::no_slip, Wall::free_slip);
+  s.fluid.density = 2.0;
+  s.reference.height = 1.5;
+  Channel<double> channel(s, MPI_COMM_WORLD);
+  channel.set_velocity([](int c, const Vec3& x) { return c == 0 ? x[1] * (3.0 - x[1]) : 0.0; });
+  Statistics<double> statistics(channel.settings(), channel.grid(), channel.decomposition());
+  statistics.sample(view_of(std::as_const(channel)), {}, 1.0);
+  const FlowStatistics r = statistics.result();
+  EXPECT_GT(r.wall_stress[0], 0.05);
+  EXPECT_NEAR(r.u_tau, std::sqrt(r.wall_stress[0] / 2.0), 1e-13);
+}
+
+/// The stress defect is the largest distance of the stress from the line between both walls, over
+/// the stress of the walls: here of a cubic profile, by hand from its values.
+TEST(Statistics, TheStressDefectIsTheLargestDistanceFromTheLine) {
+  const double height = 1.5, density = 2.0, viscosity = 0.01;
+  Settings s = box({16, 12, 16}, 0.125, viscosity, 0.01);
+  set_y_ends(s, Wall::no_slip, Wall::no_slip);
+  s.fluid.density = density;
+  WrittenFlow flow(s, MPI_COMM_WORLD);
+  const auto u = [&](double y) { return y * (height - y) * (1.0 + y); };
+  flow.write([&](int c, const Vec3& x) { return c == 0 ? u(x[1]) : 0.0; });
+  flow.sample({}, 1.0);
+  const FlowStatistics r = flow.statistics.result();
+  const double h = flow.grid.h, mu = density * viscosity;
+  const double lower = mu * 2.0 * u(0.5 * h) / h, upper = mu * 2.0 * u(height - 0.5 * h) / h;
+  double largest = 0.0;
+  for (int f = 1; f < 12; ++f) {
+    const double stress = mu * (u((f + 0.5) * h) - u((f - 0.5) * h)) / h;
+    largest = std::max(largest, std::abs(stress - lower + (lower + upper) * f / 12.0));
+  }
+  ASSERT_TRUE(r.stress_defect);
+  EXPECT_GT(*r.stress_defect, 0.1);
+  EXPECT_NEAR(*r.stress_defect, largest / (0.5 * (lower + upper)), 1e-12);
+}
+
 /// In a flow that computes itself, what driving, viscous and turbulent stress give a plane is what
 /// it speeds up by: the scheme's own fluxes balance, whatever the flow looks like, on cubes and on
 /// cells drawn to the wall.
