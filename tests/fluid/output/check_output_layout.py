@@ -109,6 +109,28 @@ class Layout(unittest.TestCase):
             value = file["u"][1, 2, 1] * file["u"].attrs["scale"]
             self.assertAlmostEqual(value, linear(0, 0.5, 3 / 8, 5 / 8), places=3)
 
+    def test_statistics(self):
+        """Each list under its own name: entry n of the k-th one is 100 k + n."""
+        names = (
+            "y y_face fluid fluid_face u v w p uu vv ww uv uw vw pp grains mobile grain_u grain_v grain_w grain_spin "
+            "viscous turbulent acceleration spheres"
+        ).split()
+        with h5py.File(FOLDER / "statistics.h5") as file:
+            self.assertEqual(set(file["profiles"]), set(names))
+            for k, name in enumerate(names):
+                self.assertEqual(file["profiles"][name][:].tolist(), [100 * k, 100 * k + 1, 100 * k + 2], name)
+            found = {name: file.attrs[name] for name in ("samples", "begin", "end", "driving", "u_tau", "re_tau")}
+            wanted = {"samples": 7, "begin": 0.1, "end": 0.2, "driving": 0.3, "u_tau": 0.4, "re_tau": 0.5}
+            self.assertEqual(found, wanted)
+            self.assertEqual(file.attrs["stress_defect"], 0.6)
+            self.assertEqual(file.attrs["wall_stress"].tolist(), [0.7, 0.8])
+            self.assertEqual(file["spectra"].attrs["wavenumber_step"].tolist(), [0.9, 1.1])
+            self.assertEqual(file["spectra/height_0"].attrs["height"], 1.2)
+            last = 100 * len(names)
+            for c, component in enumerate("uvw"):
+                self.assertEqual(file[f"spectra/height_0/{component}_along_x"][:].tolist(), [last + c])
+                self.assertEqual(file[f"spectra/height_0/{component}_along_z"][:].tolist(), [last + 10 + c])
+
     def test_text_files(self):
         with (FOLDER / "settings.toml").open("rb") as file:
             self.assertEqual(tomllib.load(file)["grid"]["cells"], [16, 8, 8])

@@ -13,6 +13,7 @@
 #include "fluid/output/settings_file.hpp"
 #include "fluid/output/sphere_writer.hpp"
 #include "fluid/output/timing.hpp"
+#include "fluid/statistics/statistics_file.hpp"
 #include "tests/fluid/output_helpers.hpp"
 
 namespace bedload::test {
@@ -431,6 +432,36 @@ TEST(OutputTextFile, IsWholeOrNotThere) {
 
 /// Leaves one example of every file behind for check_output_layout.py, which reads them the way a
 /// user does.
+/// Statistics in which every number differs from all others: entry n of the k-th list is 100 k + n.
+FlowStatistics numbered_statistics() {
+  FlowStatistics s;
+  double list = 0.0;
+  for (auto* values : {&s.y,          &s.y_face,  &s.fluid,     &s.fluid_face,   &s.u,
+                       &s.v,          &s.w,       &s.p,         &s.uu,           &s.vv,
+                       &s.ww,         &s.uv,      &s.uw,        &s.vw,           &s.pp,
+                       &s.grains,     &s.mobile,  &s.grain_u,   &s.grain_v,      &s.grain_w,
+                       &s.grain_spin, &s.viscous, &s.turbulent, &s.acceleration, &s.spheres}) {
+    *values = {list, list + 1, list + 2};
+    list += 100.0;
+  }
+  s.samples = 7;
+  s.begin = 0.1;
+  s.end = 0.2;
+  s.driving = 0.3;
+  s.u_tau = 0.4;
+  s.re_tau = 0.5;
+  s.stress_defect = 0.6;
+  s.wall_stress = {0.7, 0.8};
+  s.wavenumber_step = {0.9, 1.1};
+  FlowStatistics::Spectra spectra{.height = 1.2};
+  for (std::size_t c = 0; c < 3; ++c) {
+    spectra.x[c] = {list + static_cast<double>(c)};
+    spectra.z[c] = {list + 10.0 + static_cast<double>(c)};
+  }
+  s.spectra = {spectra};
+  return s;
+}
+
 TEST(OutputExample, IsLeftForPython) {
   const char* wanted = std::getenv("BEDLOAD_OUTPUT_EXAMPLE");
   if (!wanted) GTEST_SKIP() << "BEDLOAD_OUTPUT_EXAMPLE names no folder";
@@ -465,6 +496,7 @@ TEST(OutputExample, IsLeftForPython) {
   write_settings_file(folder, settings, derive_numbers(settings));
   History(folder).add({.step = 1});
   write_timing(folder, rows);
+  write_statistics(folder, numbered_statistics());
 }
 
 }  // namespace
