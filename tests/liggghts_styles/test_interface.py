@@ -96,6 +96,42 @@ def test_values_of_a_contact_in_dump_local(tmp_path):
     assert shown @ shown == pytest.approx(value["force"] ** 2 + friction @ friction, rel=1e-4)
 
 
+@pytest.mark.parametrize("restitution", [1.0, 0.5])
+def test_an_enduring_contact_pays_for_its_stiffness(tmp_path, restitution):
+    """A grain is pressed on a floor by a sphere that comes slowly. After 2 T_c the contact may become as stiff as bears
+    the weight by so small an overlap, fifty times, but by no more energy than its damping has taken: at e = 1 that is
+    none, and k stays what it was."""
+    contact = "model actm tangential off"
+    settings = "restingOverlap 1e-6"
+    v = 1e-3
+    names = ["k", "d", "birth_overlap", "speed", "force", "step", "settling", "lost"]
+    columns = " ".join(f"c_values[{n + 1}]" for n in range(len(names)))
+    scene = Scene(
+        [Sphere((0.0, D / 2 + 1e-7, 0.0), (0.0, -v, 0.0), diameter=D), Sphere((0.0, 1.5 * D + 2e-7, 0.0), diameter=D)],
+        restitution=restitution,
+        contact=contact,
+        settings=settings,
+        lines=[
+            f"fix floor all wall/gran {contact} primitive type 1 yplane 0.0 {settings}",
+            "fix weight all gravity 1e-3 vector 0 -1 0",
+            "group mover id 2", "group grain id 1",
+            f"fix drag mover move linear 0.0 {-v} 0.0 units box",
+        ],
+        integrate="fix integrate grain nve/sphere",
+    )  # fmt: skip
+    scene.run(tmp_path, [
+        "compute values all pair/gran/local history",
+        f"dump local all local 100 local.dump {columns}", "run 2000", "undump local",
+    ])  # fmt: skip
+    rows = [line.split() for line in (tmp_path / "local.dump").read_text().splitlines()]
+    k, _, _, speed, force, _, _, lost = np.array([row for row in rows if len(row) == len(names)], dtype=float).T
+    assert len(k) > 15 and speed[-1] < 3 * v and force[-1] > 0
+    if restitution == 1.0:
+        assert np.all(lost == 0) and np.all(k == k[0])
+    else:
+        assert k[-1] > 1.1 * k[0] and np.all(np.diff(k) >= 0)
+
+
 WEIGHT = ["group some type 1", "group none subtract all some", "fix weight none gravity 9.81 vector 0 -1 0"]
 
 
