@@ -141,6 +141,38 @@ TEST(RigidCore, PullsMarkersIn) {
   EXPECT_DOUBLE_EQ(torque_deficit(6.0, 3.0), 1.0 / 36.0 + 0.31 * 0.25 / 6.0);
 }
 
+/// Where the markers of a resting sphere are, seen from outside: in u = x - x_c, which the kernel
+/// interpolates exactly, the largest slip is their largest coordinate. Without the core's share of
+/// the retraction it would be 0.05 cells more at this size, R/h = 8.
+TEST(RigidCore, PullsTheMarkersOfASphereIn) {
+  Settings settings;
+  settings.grid.cells = {24, 24, 24};
+  settings.grid.length = {2.4, 2.4, 2.4};
+  settings.boundary.y = {Wall::periodic, Wall::periodic};
+  const Grid grid = make_grid(settings);
+  const Decomposition decomposition(grid, MPI_COMM_SELF);
+  const Vec3 centre(1.213, 1.187, 1.204);
+  const double large = 8.0 * h;
+  for (const bool mobile : {true, false}) {
+    ImmersedBoundary<double> boundary(settings, grid, decomposition);
+    boundary.set_spheres(std::vector<SphereState>{
+        {.tag = 1, .position = centre, .radius = large, .mobile = mobile}});
+    Field<double> velocity(grid, decomposition.extent(), 3);
+    for (int c = 0; c < 3; ++c)
+      for (int j = 0; j < 24; ++j)
+        for (int k = 0; k < 24; ++k)
+          for (int i = 0; i < 24; ++i)
+            velocity.row(j, k, c)[i] = from_centre(grid, c, {i, j, k}, centre)[c];
+    double farthest = 0.0;
+    for (const Vec3& offset :
+         make_marker_layout(large, h, -1.0, core_radius(8.0), settings.spheres.marker_density)
+             .offsets)
+      farthest = std::max(farthest, offset.cwiseAbs().maxCoeff());
+    EXPECT_LT(farthest, large - 0.35 * h);
+    EXPECT_NEAR(boundary.slip(velocity).max, farthest, 1e-12);
+  }
+}
+
 TEST(RigidCore, BeginsWhereMarkersReachNoFurther) {
   EXPECT_EQ(core_radius(3.0), 0.0);
   EXPECT_EQ(core_radius(2.0), 0.0);
