@@ -60,8 +60,8 @@ def test_buoyancy_belongs_to_it_and_samples_come_when_asked_for(tmp_path):
 
 
 def test_columns_that_follow_from_others(tmp_path):
-    """u_tau_driving² ρ = driving × reference.height; what viscosity takes at a step's end is what it took in its stages,
-    within what the flow changes in a step."""
+    """u_tau_driving² ρ = driving × reference.height; what viscosity takes at a step's end is what it took in its
+    stages, within what the flow changes in a step."""
     history, _ = flow_over_a_bed(tmp_path, "--set", "fluid.density=2.0", "--set", 'output.energy_work="on"')
     driving = np.abs(history["driving"])
     np.testing.assert_allclose(2.0 * history["u_tau_driving"] ** 2, driving * 2.0, rtol=1e-9)
