@@ -159,8 +159,8 @@ def test_friction_of_rpm_at_a_wall_before_the_touch(tmp_path, rolls):
 
 def test_friction_of_rpm_between_spheres_before_the_touch(tmp_path):
     """Slow slip of two spheres that spin: F_t = d_t |g_t|, d_t = 2/7 m/(T + Δt), m the reduced mass, T one fluid step,
-    the arms reaching to the middle of the gap. Spins of one sense slip, those of opposite sense roll. Bound: what one step
-    of damping takes."""
+    the arms reaching to the middle of the gap. Spins of one sense slip, those of opposite sense roll.
+    Bound: what one step of damping takes."""
     gap, spin = 1e-4, 0.2
     force = []
     for other in (spin, -spin):
