@@ -387,7 +387,8 @@ TEST(Statistics, SolidPointsAreLeftOut) {
     }
     return false;
   };
-  flow.write([&](int c, const Vec3& x) { return inside(x) ? 100.0 : 1.0 + c; });
+  const auto value = [&](int c, const Vec3& x) { return inside(x) ? 100.0 : 1.0 + c; };
+  flow.write(value);
   flow.sample(spheres);
   const FlowStatistics s = flow.statistics.result();
   EXPECT_FALSE(s.stress_defect);
@@ -400,6 +401,32 @@ TEST(Statistics, SolidPointsAreLeftOut) {
     EXPECT_NEAR(s.v[j + 1], 2.0, 1e-12);
     solid += (1.0 - s.fluid[j]) * 0.05 * 2.0 * 2.2;
   }
+  // Products stand on edges, each of two means of two points, some of which lie in a sphere.
+  const auto covariance = [&](int a, int b, int j) {
+    const double half = 0.5 * flow.grid.h;
+    double sum = 0.0, points = 0.0;
+    for (int k = 0; k < 44; ++k)
+      for (int i = 0; i < 40; ++i) {
+        Vec3 edge(flow.grid.centre(i), flow.grid.centre(j), flow.grid.centre(k));
+        edge[a] += half;
+        edge[b] += half;
+        if (inside(edge)) continue;
+        const Vec3 along_a = half * Vec3::Unit(a), along_b = half * Vec3::Unit(b);
+        sum += 0.25 * (value(a, edge - along_b) + value(a, edge + along_b)) *
+               (value(b, edge - along_a) + value(b, edge + along_a));
+        points += 1.0;
+      }
+    return sum / points - (1.0 + a) * (1.0 + b);
+  };
+  double largest = 0.0;
+  for (int j = 0; j < 36; ++j) {
+    const auto n = static_cast<std::size_t>(j);
+    EXPECT_NEAR(s.uv[n + 1], covariance(0, 1, j), 1e-9);
+    EXPECT_NEAR(s.vw[n + 1], covariance(1, 2, j), 1e-9);
+    EXPECT_NEAR(s.uw[n], covariance(0, 2, j), 1e-9);
+    largest = std::max(largest, std::abs(s.uv[n + 1]));
+  }
+  EXPECT_GT(largest, 1.0);
   const double volume = 4.0 / 3.0 * M_PI * (std::pow(0.5, 3) + std::pow(0.45, 3));
   EXPECT_NEAR(solid, volume, 0.01 * volume);  // points against a surface: h/R cubed or so
   EXPECT_LT(*std::min_element(s.fluid.begin(), s.fluid.end()), 0.85);
