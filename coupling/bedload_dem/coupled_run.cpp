@@ -85,6 +85,7 @@ void CoupledRun::run(int narg, char** arg) {
   fluid->check_before_run();
   warn_without_walls(lmp, fluid->names_fixed());
   warn_without_spin(lmp);
+  warn_of_partly_held(lmp);
   prepare(*fluid, std::max<std::int64_t>(0, behind), most_steps);
 
   moved_ = true;

@@ -10,8 +10,10 @@
 #include "domain.h"
 #include "error.h"
 #include "fix.h"
+#include "fix_move.h"
 #include "lammps.h"
 #include "liggghts_styles/keywords.hpp"
+#include "liggghts_styles/private_access.hpp"
 #include "modify.h"
 
 namespace bedload {
@@ -79,6 +81,23 @@ void warn_without_spin(LAMMPS_NS::LAMMPS* lmp) {
                   "they slide where they should roll; write 'fix {} GROUP nve/sphere'",
                   mover->style, mover->id, mover->id)
           .c_str());
+}
+
+void warn_of_partly_held(LAMMPS_NS::LAMMPS* lmp) {
+  const LAMMPS_NS::Modify& modify = *lmp->modify;
+  for (int n = 0; n < modify.nfix; ++n) {
+    const LAMMPS_NS::Fix* const fix = modify.fix[n];
+    if (std::string_view(fix->style) != "move" || lmp->comm->me != 0 ||
+        !detail::leaves_component(static_cast<const LAMMPS_NS::FixMove&>(*fix)))
+      continue;
+    lmp->error->warning(
+        FLERR,
+        fmt::format("fix couple/fluid: fix move (id {}) has NULL for a direction, along which its "
+                    "spheres go by forces; collisions and films take them as held, so that they "
+                    "go through what they meet there",
+                    fix->id)
+            .c_str());
+  }
 }
 
 }  // namespace bedload

@@ -24,4 +24,8 @@ void warn_without_walls(LAMMPS_NS::LAMMPS* lmp, bool fixed_spheres);
 /// would come to nothing.
 void warn_without_spin(LAMMPS_NS::LAMMPS* lmp);
 
+/// Warns of a fix move with NULL for a direction, which it leaves to forces: collisions and films
+/// take its spheres as held in all directions.
+void warn_of_partly_held(LAMMPS_NS::LAMMPS* lmp);
+
 }  // namespace bedload

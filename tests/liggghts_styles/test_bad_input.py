@@ -132,19 +132,6 @@ CASES = {
         dict(contact="model hertz tangential off", properties=SHIPPED, lines=[TABLE], without="newton off"),
         ["fix collision/table needs the line 'newton off'"],
     ),
-    "dragged along x and free along y": (
-        dict(lines=["fix drag all move linear 0.5 NULL 0 units box"]),
-        ["fix move (id drag): NULL", "give each direction a value"],
-    ),
-    "swung along x and free along z": (
-        dict(lines=["fix drag all move wiggle 0.5 0.1 NULL 2.0 units box"]),
-        ["fix move (id drag): NULL"],
-    ),
-    "moved by one variable and free along z": (
-        dict(lines=["variable x equal 0.1*time", "variable vx equal 0.1",
-                    "fix drag all move variable v_x NULL NULL v_vx NULL NULL units box"]),
-        ["fix move (id drag): NULL"],
-    ),
     "films in a plane": (
         dict(lines=[SOFT_FILM, "fix plane all setforce NULL NULL 0.0"]),
         ["fix lubrication", "'fix plane setforce'", "leave them out of the group"],

@@ -81,6 +81,8 @@ WARNED = {
     "grains that nothing moves": ((f"{VELOCITY}", "velocity grains set 0 0 0 units box"), (MOTION, "")),
     "unequal grains later": (between("set atom 10 diameter 1.0 density 160"),),
     "no wall and no bed": (("couple/fluid fixed bed", "couple/fluid"), (f"fix             floor all {FLOOR}\n", "")),
+    "grains held along x alone": (before("unfix motion\nfix drag grains move linear 0.5 NULL 0 units box"),),
+    "grains that move as prescribed": (before("unfix motion\nfix drag grains move linear 0.5 0 0 units box"),),
     "grains that never turn": ((MOTION, MOTION.removesuffix("/sphere")),),
 }
 
@@ -121,6 +123,15 @@ def test_grains_that_nothing_keeps_in_the_box_are_warned_of(results):
     assert result.output.count("gravity points along y, but the script has no wall") == 1
     assert "yplane 0 " in result.output
     assert "has no wall" not in results["unequal grains later"].output  # there a floor and a bed
+
+
+def test_grains_that_are_held_in_one_direction_are_warned_of(results):
+    found = {case: results[f"grains {case}"] for case in ("held along x alone", "that move as prescribed")}
+    for result in found.values():
+        assert result.status == 0, result.output
+    said = "fix move (id drag) has NULL for a direction"
+    assert found["held along x alone"].output.count(said) == 1
+    assert said not in found["that move as prescribed"].output
 
 
 def test_grains_that_never_turn_are_warned_of(results):
