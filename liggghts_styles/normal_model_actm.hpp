@@ -210,7 +210,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     } else if (rule_ == biegert && h.settling >= 0 && update->ntimestep % settling_stride == 0) {
       settle(s, mass, now, h);
     }
-    if (s.deltan - h.birth_overlap > h.hardening.onset)
+    if (h.hardening.slope > 0 && s.deltan - h.birth_overlap > h.hardening.onset)
       h.hardening.slope = std::min(
           h.hardening.slope,
           bedload::contact::resolved_slope(h.hardening.onset, h.stiffness, mass, update->dt));

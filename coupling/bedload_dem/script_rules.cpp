@@ -12,6 +12,7 @@
 #include "fix.h"
 #include "fix_move.h"
 #include "lammps.h"
+#include "liggghts_styles/find_fix.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/private_access.hpp"
 #include "modify.h"
@@ -19,18 +20,8 @@
 namespace bedload {
 namespace {
 
-/// The first fix whose style is `wanted`; nullptr: there is none.
-template <class Wanted>
-const LAMMPS_NS::Fix* find_fix(const LAMMPS_NS::Modify& modify, Wanted wanted) {
-  auto* const* const begin = modify.fix;
-  auto* const* const end = begin + modify.nfix;
-  auto* const* const found =
-      std::find_if(begin, end, [&](const auto* fix) { return wanted(fix->style); });
-  return found == end ? nullptr : *found;
-}
-
 auto begins(std::string_view start) {
-  return [start](std::string_view style) { return style.starts_with(start); };
+  return [start](const auto& fix) { return std::string_view(fix.style).starts_with(start); };
 }
 
 }  // namespace
@@ -43,7 +34,7 @@ int inserting_fixes(LAMMPS_NS::LAMMPS* lmp) {
 }
 
 void refuse_clumps(LAMMPS_NS::LAMMPS* lmp) {
-  if (const auto* const clumps = find_fix(*lmp->modify, begins("multisphere")))
+  if (const auto* const clumps = find_fix_if(*lmp->modify, begins("multisphere")))
     stop_run(lmp,
              fmt::format("fix couple/fluid: fix {} (id {}) makes clumps, and bedload has spheres "
                          "only: each would be loaded and moved by itself",
@@ -58,7 +49,7 @@ void refuse_triclinic(LAMMPS_NS::LAMMPS* lmp) {
 }
 
 void warn_without_walls(LAMMPS_NS::LAMMPS* lmp, bool fixed_spheres) {
-  if (fixed_spheres || find_fix(*lmp->modify, begins("wall/")) != nullptr) return;
+  if (fixed_spheres || find_fix_if(*lmp->modify, begins("wall/")) != nullptr) return;
   const Triple gravity = script_gravity(lmp, [](int) { return false; }).value;
   for (std::size_t d = 0; d < 3; ++d)
     if (gravity[d] != 0.0 && lmp->domain->periodicity[d] == 0 && lmp->comm->me == 0)
@@ -72,8 +63,10 @@ void warn_without_walls(LAMMPS_NS::LAMMPS* lmp, bool fixed_spheres) {
 }
 
 void warn_without_spin(LAMMPS_NS::LAMMPS* lmp) {
-  const auto* const mover = find_fix(
-      *lmp->modify, [](std::string_view style) { return style == "nve" || style == "nve/limit"; });
+  const auto* const mover = find_fix_if(*lmp->modify, [](const auto& fix) {
+    const std::string_view style(fix.style);
+    return style == "nve" || style == "nve/limit";
+  });
   if (mover == nullptr || lmp->comm->me != 0) return;
   lmp->error->warning(
       FLERR,
@@ -84,20 +77,18 @@ void warn_without_spin(LAMMPS_NS::LAMMPS* lmp) {
 }
 
 void warn_of_partly_held(LAMMPS_NS::LAMMPS* lmp) {
-  const LAMMPS_NS::Modify& modify = *lmp->modify;
-  for (int n = 0; n < modify.nfix; ++n) {
-    const LAMMPS_NS::Fix* const fix = modify.fix[n];
-    if (std::string_view(fix->style) != "move" || lmp->comm->me != 0 ||
-        !detail::leaves_component(static_cast<const LAMMPS_NS::FixMove&>(*fix)))
-      continue;
-    lmp->error->warning(
-        FLERR,
-        fmt::format("fix couple/fluid: fix move (id {}) has NULL for a direction, along which its "
-                    "spheres go by forces; collisions and films take them as held, so that they "
-                    "go through what they meet there",
-                    fix->id)
-            .c_str());
-  }
+  const auto* const partly = find_fix_if(*lmp->modify, [](const auto& fix) {
+    return std::string_view(fix.style) == "move" &&
+           detail::leaves_component(static_cast<const LAMMPS_NS::FixMove&>(fix));
+  });
+  if (partly == nullptr || lmp->comm->me != 0) return;
+  lmp->error->warning(
+      FLERR,
+      fmt::format("fix couple/fluid: fix move (id {}) has NULL for a direction, along which its "
+                  "spheres go by forces; collisions and films take them as held, so that they go "
+                  "through what they meet there",
+                  partly->id)
+          .c_str());
 }
 
 }  // namespace bedload

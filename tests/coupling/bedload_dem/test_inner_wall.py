@@ -6,6 +6,7 @@ import pytest
 from pocket import FLOOR, SCENE, job
 
 HEIGHT, RADIUS, VISCOSITY = 1.2, 0.5, 0.05  # of the wall; of the spheres; dynamic
+CELL = 0.125
 STEPS, SUBSTEPS = 2, 15
 DUMP = ("dump films all custom 1 ${out}/films.txt id y vy f_lubricationForce[2]\n"
         "dump_modify films sort id format \"%d %.15g %.15g %.15g\"\ncoupled_run")  # fmt: skip
@@ -13,7 +14,7 @@ DUMP = ("dump films all custom 1 ${out}/films.txt id y vy f_lubricationForce[2]\
 
 @pytest.mark.parametrize("height, whole", [(HEIGHT, True), (0.0, False)], ids=["inside", "end of the box"])
 def test_the_film_is_whole_where_the_fluid_has_no_wall(tmp_path, height, whole):
-    """F = 6 π μ R² v/ζ at a wall inside; at the end of the box the grid resolves more than half of it at 0.8 cells."""
+    """F = 6 π μ R² v/ζ at a wall inside; at the end of the box what the grid lacks of it, exp(-2.4 ζ/h)."""
     text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
     for found, given in (
         (FLOOR, FLOOR.replace("yplane 0.0", f"yplane {height}")),
@@ -32,6 +33,8 @@ def test_the_film_is_whole_where_the_fluid_has_no_wall(tmp_path, height, whole):
     rows = [line.split() for line in (out / "films.txt").read_text().splitlines() if line.startswith("2 ")]
     y, v, force = np.array(rows, dtype=float).T[1:]
     assert len(y) == STEPS * SUBSTEPS + 1
-    share = force * (y - RADIUS - height) / (6 * np.pi * VISCOSITY * RADIUS**2 * -v)
+    gap = y - RADIUS - height
+    share = force * gap / (6 * np.pi * VISCOSITY * RADIUS**2 * -v)
     # Force of the step before, at a gap that is up to half a per cent longer.
-    assert (share[2:] == pytest.approx(1.0, abs=0.01)) if whole else np.all((share[2:] > 0.05) & (share[2:] < 0.5))
+    expected = np.ones(len(gap)) if whole else np.exp(-2.4 * gap / CELL)
+    assert share[2:] == pytest.approx(expected[2:], rel=0.01)
