@@ -1,6 +1,7 @@
 """The studies of a person's own scene, on made-up answers: accuracy, effects, limits."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -198,6 +199,21 @@ def test_verdicts(off, change, interval, time, verdict):
     assert effects.judged(off, change, interval, time) == verdict
     if verdict == "leave it out" and abs(time - 1.0) < 0.15:  # one run alone is not enough to say so
         assert effects.judged(off, change, interval, time, math.nan) == "no matter"
+
+
+@pytest.mark.parametrize(("spread", "verdict"), [(0.07, "leave it out"), (0.09, "no matter")])
+def test_a_time_within_two_spreads_says_nothing(spread, verdict):
+    assert effects.judged(True, 0.0, 0.0, 1.0 / 1.16, spread) == verdict
+
+
+def test_the_table_of_effects_keeps_its_columns_apart():
+    row = effects.Compared("films against sliding and rolling", "on", 0.93, math.nan, 1.0, -0.008, 0.007, "no matter")
+    other = replace(row, effect="output", state="as little as can be", spread=0.02)
+    lines = effects.table_text([row, other]).split("\n")
+    assert "rolling  on" in lines[1] and "nan" not in lines[1]
+    assert {line.index(words) for line, words in zip(lines, ("verdict", "no matter", "no matter"), strict=True)} == {
+        lines[0].index("verdict")
+    }
 
 
 # --- Limits ----------------------------------------------------------------------------------------------
