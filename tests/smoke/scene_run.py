@@ -7,11 +7,11 @@ from pathlib import Path
 from bedload_launcher import job, scenes  # conftest.py shows the way
 
 
-def run_scene(name, model, out, settings, steps):
+def run_scene(name, model, out, settings, steps, variables=None):
     """On 1 + 1 ranks, into the folder `out`, which is made."""
-    out.mkdir()
+    out.mkdir(exist_ok=True)
     scene = scenes.find_scene(name)
-    work = job.Job(scene, model, job.Ranks(1, 1), out, settings, steps)
+    work = job.Job(scene, model, job.Ranks(1, 1), out, settings, steps, variables or {})
     programs = Path(os.environ["BEDLOAD_BIN"])
     line = [
         str(programs / Path(word).name) if Path(word).parent == job.BIN else word
