@@ -281,7 +281,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def table_text(rows: list[Compared]) -> str:
-    effect, state = (2 + max(len(row[n]) for row in ((r.effect, r.state) for r in rows)) for n in (0, 1))
+    effect = max([18, *(len(r.effect) + 2 for r in rows)])
+    state = max([22, *(len(r.state) + 2 for r in rows)])
     lines = [f"{'effect':{effect}}{'state':{state}}{'time':>16}{'memory':>8}{'change / %':>18}  verdict"]
     for r in rows:
         if not math.isfinite(r.time):
