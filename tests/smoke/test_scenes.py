@@ -78,6 +78,7 @@ def test_held_grains_of_an_earlier_run_stay(tmp_path):
         (out / "grains.liggghts").write_text("\n".join(lines) + "\n")
         settings = [f"grid.cells={SCENES['setup2_small'][0]}", "output.history_every=1"]
         run_scene("setup2_small", "actm_hw", out, settings, 3, {"placing": "placed", "hold": "1"})
-        flows.append((out / "history.csv").read_text())
-    assert flows[0].count("\n") > 3
-    assert flows[0] == flows[1]
+        flows.append(np.genfromtxt(out / "history.csv", delimiter=",", skip_header=1))
+    assert len(flows[0]) == 3
+    # FFTW chooses its plans by the clock: two runs in single precision part by roundings, 1e-6 after three steps.
+    np.testing.assert_allclose(flows[0], flows[1], rtol=1e-4, atol=1e-5)
