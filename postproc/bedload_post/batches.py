@@ -44,6 +44,12 @@ class Estimate:
         """Correlation of a batch's mean with the next one's."""
         return _memory(self.batches)
 
+    @property
+    def half_width_if_independent(self) -> float:
+        """Half width without the memory: what batches of this length scatter by, over the root of their number."""
+        count = len(self.batches)
+        return float(_student_half_width(self.batches, count - 1, 1.0)) if count > 1 else float("nan")
+
     def too_narrow(self, memory_times: float) -> bool:
         """Whether the interval of a record of so many memory times promises too much.
 
@@ -65,8 +71,12 @@ def _half_width(means: np.ndarray) -> float:
     count = len(means)
     correlation = min(max(_memory(means) + 1.0 / count, 0.0), 0.9)
     inflation = (1.0 + correlation) / (1.0 - correlation)
-    freedom = max((count - 1) / inflation, min(count, FEWEST_BATCHES) - 1)
-    return student.ppf(0.975, freedom) * means.std(ddof=1) * np.sqrt(inflation / count)
+    return _student_half_width(means, max((count - 1) / inflation, min(count, FEWEST_BATCHES) - 1), inflation)
+
+
+def _student_half_width(means: np.ndarray, freedom: float, inflation: float) -> float:
+    """t_{0.975, freedom} s sqrt(inflation/K)."""
+    return student.ppf(0.975, freedom) * means.std(ddof=1) * np.sqrt(inflation / len(means))
 
 
 def estimate(

@@ -61,7 +61,6 @@ def numbers(case: Case, bed: Bed | None = None) -> dict:
     velocity = t.mean("velocity")
     phases = t.phases
     jump, jump_half = t.mean_jump_height(run.diameter)
-    height = t.mean("height")
     collisions = collision_statistics(run, case.since)
     low, low_half = t.low_height()
     slip, slip_half = t.slip_ratio()
@@ -76,21 +75,18 @@ def numbers(case: Case, bed: Bed | None = None) -> dict:
         "flow_throughs": float((time[-1] - time[0]) / through),
         "discarded_flow_throughs": case.since / through,
         "grains": len(np.unique(phases.tag)),
-        "mean_velocity": velocity.mean,
-        "mean_velocity_interval": velocity.half_width,
+        **_estimated("mean_velocity", velocity),
         "batches": len(velocity.batches),
         "batch_memory": velocity.memory,
         "interval_too_narrow": velocity.too_narrow((time[-1] - time[0]) / through),
-        "mean_height": height.mean,
-        "mean_height_interval": height.half_width,
+        **_estimated("mean_height", t.mean("height")),
         "spread_of_height": spread,
         "spread_of_height_interval": _known(spread_half),
         "mean_spin": t.mean("spin").mean,
         "jumps": int(phases.jumps().sum()),
         "mean_jump_height": _known(jump),
         "mean_jump_height_interval": _known(jump_half),
-        "share_moving": t.mean("moving").mean,
-        "share_moving_interval": t.mean("moving").half_width,
+        **_estimated("share_moving", t.mean("moving")),
         "jumping_spin": _known(spin),
         "jumping_spin_interval": _known(spin_half),
         "cells_per_diameter": run.diameter / (run.box[0] / run.value("grid.cells")[0]),
@@ -118,9 +114,17 @@ def numbers(case: Case, bed: Bed | None = None) -> dict:
     if bed is not None:
         found |= bed.numbers(run)
     for state, name in enumerate(NAMES):
-        share = t.share_of(state)
-        found[f"share_{name}"], found[f"share_{name}_interval"] = share.mean, share.half_width
+        found |= _estimated(f"share_{name}", t.share_of(state))
     return found
+
+
+def _estimated(name: str, found: Estimate) -> dict:
+    """A mean with its interval, and the interval without the batches' memory for shorter records (least_intervals)."""
+    return {
+        name: found.mean,
+        f"{name}_interval": found.half_width,
+        f"{name}_interval_if_independent": _known(found.half_width_if_independent),
+    }
 
 
 def _known(value: float) -> float | None:

@@ -21,8 +21,11 @@ from .collision_statistics import collision_statistics
 from .flow_statistics import FlowStatistics
 from .model_figures import MODELS, Case, in_order
 from .model_numbers import Bed, numbers
+from .least_intervals import widened_sentence
 from .model_table import number_rows
-from .other_records import Record, comparable, experiment_rows, repeated_sentence, trend_rows, trend_sentence
+from .other_records import (
+    Record, comparable, experiment_rows, repeated_sentence, trend_rows, trend_sentence, with_least_intervals,
+)  # fmt: skip
 from .outputs import MissingOutput, Run, Samples
 from .report import image, page, table
 from .states import unwrap
@@ -118,8 +121,9 @@ def draw_figures(comparison: Comparison, values: Sequence[dict], folder: Path) -
 def draw_numbers(comparison: Comparison, values: Sequence[dict], folder: Path) -> list[tuple[str, str]]:
     """The figures that are drawn from the numbers of the runs; (file, caption)."""
     with_paper = comparison.with_paper
+    values, beside = with_least_intervals(values, comparison.beside)
     table_2 = " (the paper's Table 2)" if with_paper else ""
-    records = [record.runs for record in comparable(values, comparison.beside)]
+    records = [record.runs for record in comparable(values, beside)]
     figures.mean_velocities(values, folder / MEAN_VELOCITY, with_paper)
     drawn = [(MEAN_VELOCITY, CAPTIONS[MEAN_VELOCITY] + table_2)]
     if figures.trend(records, folder / TREND, with_paper):
@@ -172,14 +176,17 @@ class Sections:
 def sections(
     comparison: Comparison, values: Sequence[dict], drawn: list[tuple[str, str]]
 ) -> Sections:
+    values, beside = with_least_intervals(values, comparison.beside)
     names = sentences.names_of(values)
     found = paper.verdicts(comparison.setup, values)
     told = [
         sentences.order_sentences(values, comparison.with_paper),
-        trend_sentence(values, comparison.beside, comparison.with_paper),
-        repeated_sentence(values, comparison.beside),
+        trend_sentence(values, beside, comparison.with_paper),
+        repeated_sentence(values, beside),
         sentences.record_sentence(comparison.setup, values),
-        sentences.interval_sentence(names, values), sentences.drift_sentence(names, values),
+        sentences.interval_sentence(names, values),
+        widened_sentence(names, values),
+        sentences.drift_sentence(names, values),
     ]  # fmt: skip
     return Sections(
         paper.opening(found) + (sentences.caution(values) if found else ""),
@@ -188,8 +195,8 @@ def sections(
         [["", *names], *number_rows(values, comparison.with_paper)],
         statement_rows(found),
         experiment_lines(comparison, values),
-        trend_rows(values, comparison.beside, comparison.with_paper),
-        experiment_rows(values, comparison.beside),
+        trend_rows(values, beside, comparison.with_paper),
+        experiment_rows(values, beside),
         [[name, value] for name, value in comparison.circumstances.items()],
         drawn,
     )

@@ -6,8 +6,9 @@ has an interval of its own, and its own start.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from . import least_intervals
 from .model_figures import MODELS, PAPER_CELLS, resolutions
 from .model_sentences import names_of
 from .paper_statements import TABLE_2, told_apart
@@ -28,9 +29,7 @@ class Record:
 
 
 THESE = "these"
-NEEDED = (
-    "model", "density_ratio", "cells_per_diameter", "flow_throughs", "mean_velocity", "mean_velocity_interval",
-)  # fmt: skip
+NEEDED = ("mean_velocity", *least_intervals.NEEDED)
 
 
 def change(other: dict, own: dict) -> str:
@@ -82,6 +81,17 @@ def comparable(values: Sequence[dict], records: Sequence[Record]) -> list[Record
         [Record(THESE, values, True), *same],
         key=lambda r: (min(v["cells_per_diameter"] for v in r.runs), max(v["flow_throughs"] for v in r.runs)),
     )
+
+
+def with_least_intervals(values: Sequence[dict], records: Sequence[Record]) -> tuple[list[dict], list[Record]]:
+    """These runs and the records beside them with the intervals that the longest one of the same settings leaves
+    them (least_intervals)."""
+    runs = [v for record in comparable(values, records) for v in record.runs]
+    widened = [least_intervals.widened(v, runs) for v in values]
+    beside = [
+        replace(r, runs=[least_intervals.widened(v, runs) for v in r.runs]) if r.same_settings else r for r in records
+    ]
+    return widened, beside
 
 
 def trend_rows(values: Sequence[dict], records: Sequence[Record], with_paper: bool) -> list[list[str]]:
