@@ -542,7 +542,9 @@ def experiments(model: str, scene: str, cells: str) -> list[tuple[str, str]]:
     """Commands that vary one cause of a difference at a time: (what is asked, command)."""
     line = f"./bedload study models --scene {scene} --models {model} --no-bed --cells {cells}"
     finer = f"./bedload study models --scene {scene} --models {model} --no-bed --cells"
-    asked = []
+    asked = [("the markers on the surface, as in the paper", f"{line} --set spheres.retraction=0 --out runs/surface")]
+    if model.endswith("_hw"):
+        asked.append(("the friction coefficient", f"{line} --var friction=0.5 --out runs/friction"))
     if float(cells) < PAPER_CELLS:
         asked.append(("the resolution", f"{finer} {PAPER_CELLS} --flow-throughs 10 --out runs/fine"))
     if scene != "setup2":
