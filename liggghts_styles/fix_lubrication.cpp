@@ -215,11 +215,15 @@ double FixLubrication::touching(const Surfaces& s, double opening) const {
 double FixLubrication::damping_in_collision(const Surfaces& s) const {
   const double density = fluid_density_.get(), mass = 1 / mobility_.inverse_mass(*atom, s.i, s.j);
   const double nu = viscosity_.get() / density;
-  const double age = contact::collision_layer_age(nu, s.collision_time, cell_size_, s.speed);
   double share = 0;  // each sphere jumps by m/m_k of the relative jump
   for (const int k : {s.i, s.j}) {
     const double w = k < 0 ? 0.0 : inverse_mass(k);
-    if (w > 0) share += mass * w * contact::viscous_share(atom->radius[k], 1 / w, density, nu, age);
+    if (!(w > 0)) continue;
+    const double radius = atom->radius[k], added = contact::added_mass(radius, density);
+    const double lasting = contact::lasting_share(1 / w, added, s.effective_radius / radius);
+    const double age =
+        contact::collision_layer_age(nu, s.collision_time, cell_size_, s.speed, lasting);
+    share += mass * w * contact::viscous_share(radius, 1 / w, added, density, nu, age);
   }
   return contact::collision_damping(mass, s.collision_time, share);
 }
