@@ -21,6 +21,14 @@ const double* extract(LAMMPS_NS::LAMMPS* lmp, const char* style, std::string_vie
              : static_cast<const double*>(fix->extract(std::string(key).c_str(), dimension));
 }
 
+/// What a script says of its fluid [value of `property`]: above 0, a density of 0 means none.
+double checked(LAMMPS_NS::LAMMPS* lmp, const std::string& property, double value) {
+  const bool density = property == "fluidDensity";
+  if (value > 0 || (density && value == 0)) return value;
+  stop_run(lmp, fmt::format("property/global {} has to be {} 0, found {:g}", property,
+                            density ? "at least" : "more than", value));
+}
+
 }  // namespace
 
 FluidValue FluidValue::constant(double value) {
@@ -38,7 +46,7 @@ FluidValue FluidValue::find(LAMMPS_NS::LAMMPS* lmp, std::string_view key,
   const std::string name(property);
   auto* fix = static_cast<LAMMPS_NS::FixPropertyGlobal*>(lmp->modify->find_fix_property(
       name.c_str(), "property/global", "scalar", 0, 0, "bedload", false));
-  return fix == nullptr ? v : constant(fix->compute_scalar());
+  return fix == nullptr ? v : constant(checked(lmp, name, fix->compute_scalar()));
 }
 
 FluidValue require_fluid_time_step(LAMMPS_NS::LAMMPS* lmp, std::string_view style) {

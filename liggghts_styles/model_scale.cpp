@@ -6,7 +6,9 @@
 #include <string>
 
 #include "comm.h"
+#include "error.h"
 #include "lammps.h"
+#include "update.h"
 
 namespace bedload {
 namespace {
@@ -19,6 +21,17 @@ void print_line(std::FILE* out, const std::string& line) {
 }
 
 }  // namespace
+
+void require_resolved(LAMMPS_NS::LAMMPS* lmp, std::string_view style, double collision_time) {
+  constexpr double fewest = 3;  // a rebound at e = 1 is 0.94 to 1.07 with 3, up to 2.4 with 2
+  const double steps = collision_time / lmp->update->dt;
+  if (steps > fewest * (1 - 1e-9)) return;
+  const std::string sentence = fmt::format(
+      "{}: a collision of {:.4g} lasts {:.3g} of LIGGGHTS' steps of {:.4g}, but has to last {:g}; "
+      "give it longer or the fluid step more DEM steps",
+      style, collision_time, steps, lmp->update->dt, fewest);
+  lmp->error->one(FLERR, sentence.c_str());
+}
 
 void tell_scale(LAMMPS_NS::LAMMPS* lmp, const ModelScale& scale, const FluidValue& of_fluid) {
   const double value = scale.value(of_fluid);

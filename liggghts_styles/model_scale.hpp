@@ -27,6 +27,11 @@ struct ModelScale {
   }
 };
 
+/// Ends the run with one sentence where a collision time [s] has fewer than three of LIGGGHTS'
+/// steps: such a contact is over before its force has been looked at often enough, and gains
+/// energy.
+void require_resolved(LAMMPS_NS::LAMMPS* lmp, std::string_view style, double collision_time);
+
 /// At the start of a run: writes "scale: STYLE: WHAT = VALUE" to LIGGGHTS' log, and where the scale
 /// follows the grid of a coupled fluid a line "NOTE: ..." to screen and log.
 void tell_scale(LAMMPS_NS::LAMMPS* lmp, const ModelScale& scale, const FluidValue& of_fluid);

@@ -178,6 +178,11 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     resting_overlap_ = overlap_setting_ == not_given ? 1e-3 : overlap_setting_;
   }
 
+  struct Partner {
+    double mass, radius, density;
+    int groups;  ///< atom->mask
+  };
+
   struct History {
     double stiffness, damping, birth_overlap, speed, force, step, settling, lost, impact;
     bedload::contact::ActmHardening hardening;
@@ -279,6 +284,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     if (!(collision_time > 0)) {
       error->one(FLERR, "normal model actm: the coupling has not set a fluid time step above 0");
     }
+    bedload::require_resolved(lmp, "normal model actm", collision_time);
     const Partner heavier = heavier_partner(s);
     const double g = submerged_gravity(heavier);
 
@@ -344,15 +350,17 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     const Partner heavier = heavier_partner(s);
     const double g = submerged_gravity(heavier);
     if (g == 0) return;
-    const double most = bedload::contact::stiffness_bearing(heavier.mass * g, resolved_overlap(g));
+    const double most =
+        bedload::contact::stiffness_bearing(heavier.mass * g, resolved_overlap(heavier, g, mass));
     if (h.stiffness <= most) return;
     set(h, bedload::contact::actm_coefficients_of_stiffness(mass, h.speed, most, calibration(s)));
   }
 
-  /// Overlap at rest whose frequency sqrt(1.5 g/δ) the step resolves.
-  double resolved_overlap(double g) const {
+  /// Overlap at rest under the heavier partner's weight whose frequency the step resolves. The
+  /// spring moves the contact's (reduced) mass: ω² = 1.5 M g/(m δ).
+  double resolved_overlap(const Partner& heavier, double g, double mass) const {
     const double shortest = update->dt / bedload::contact::resolved_phase;
-    return 1.5 * g * shortest * shortest;
+    return 1.5 * g * heavier.mass / mass * shortest * shortest;
   }
 
   static void set(History& h, const bedload::contact::ActmCoefficients& c) {
@@ -368,17 +376,13 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     if (g == 0) return 0;
     const double smaller = s.is_wall ? s.radi : std::min(s.radi, s.radj);
     return bedload::contact::stiffness_bearing(
-        heavier.mass * g, std::max(resting_overlap_ * smaller, resolved_overlap(g)));
+        heavier.mass * g,
+        std::max(resting_overlap_ * smaller, resolved_overlap(heavier, g, effective_mass(s))));
   }
 
   const bedload::contact::ActmCalibration& calibration(const SurfacesIntersectData& s) const {
     return calibrations_[(s.itype - 1) * restitution_.types() + s.jtype - 1];
   }
-
-  struct Partner {
-    double mass, radius, density;
-    int groups;  ///< atom->mask
-  };
 
   double submerged_gravity(const Partner& p) const {
     return gravity_.size_on(p.groups) * std::abs(1 - fluid_density_ / p.density);

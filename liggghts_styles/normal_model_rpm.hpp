@@ -144,11 +144,14 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
   /// steps.
   void settle_strength() {
     gravity_ = bedload::GravityFixes(lmp).largest();
+    if (!(gravity_ > 0))
+      error->one(FLERR, "normal model rpm measures its force in weights, and fix gravity has none");
     strength_ = strength_setting_;
-    if (strength_ == 0 && gravity_ > 0) {
-      strength_ =
-          bedload::contact::rpm_strength(std::sqrt(2 * gravity_ * largest_radius_),
-                                         duration_.value(fluid_step_), range_, gravity_, 0.5);
+    if (strength_ == 0) {
+      const double collision_time = duration_.value(fluid_step_);
+      bedload::require_resolved(lmp, style, collision_time);
+      strength_ = bedload::contact::rpm_strength(std::sqrt(2 * gravity_ * largest_radius_),
+                                                 collision_time, range_, gravity_, 0.5);
     }
   }
 

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "fluid/channel/joint_stability.hpp"
 #include "fluid/channel/runge_kutta.hpp"
 #include "fluid/grid/diffusion_limit.hpp"
 #include "fluid/validation/validate.hpp"
@@ -17,6 +19,12 @@ namespace {
 /// its velocity shortens its steps some ten times.
 constexpr double shortest_share = 0x1p-13;
 
+/// Smallest share that one direction has in the rate of diffusion, 2/h^2 + 1/dy^2.
+double least_weight(const Grid& grid) {
+  const double along_y = 1 / (grid.thinnest() * grid.thinnest());
+  return std::min(1.0, along_y) / (2 + along_y);
+}
+
 }  // namespace
 
 StepLimits::StepLimits(const Settings& settings, const Grid& grid)
@@ -26,7 +34,8 @@ StepLimits::StepLimits(const Settings& settings, const Grid& grid)
       longest_(settings.time.step),
       cfl_(settings.time.cfl),
       cell_(grid.h),
-      by_diffusion_(longest_),
+      by_diffusion_(std::numeric_limits<double>::infinity()),
+      weight_(least_weight(grid)),
       shortest_(follows_cfl_ ? shortest_share * longest_ : 0.0) {
   if (diffusion_is_implicit(settings, grid)) return;
   by_diffusion_ = explicit_diffusion_limit(grid, settings.fluid.kinematic_viscosity);
@@ -38,13 +47,22 @@ double StepLimits::step(double fastest) const {
   if (!follows_cfl_) return longest_;
   constexpr double lengths_per_octave = 16.0;
   const double by_convection = fastest > 0.0 ? cfl_ * cell_ / fastest : longest_;
-  const double wanted = std::min({longest_, by_diffusion_, by_convection});
+  const double alone = std::min({longest_, by_diffusion_, by_convection});
+  const double wanted = std::min(alone, diffusion_beside(alone * fastest / cell_));
   const double n = std::ceil(lengths_per_octave * std::log2(longest_ / wanted) - 1e-9);
   return longest_ * std::exp2(-n / lengths_per_octave);
 }
 
+double StepLimits::diffusion_beside(double cfl) const {
+  if (!convection_ || std::isinf(by_diffusion_)) return by_diffusion_;
+  return by_diffusion_ * stable_share_of_diffusion(cfl, weight_);
+}
+
 bool StepLimits::allows(double cfl, double dt) const {
-  return (!convection_ || cfl <= imaginary_limit) && dt >= shortest_;
+  if (dt < shortest_ || (convection_ && cfl > imaginary_limit)) return false;
+  constexpr double always =
+      0.65;  // of the limit of diffusion: stable up to the limit of convection
+  return follows_cfl_ || dt <= always * by_diffusion_ || dt <= diffusion_beside(cfl);
 }
 
 std::string StepLimits::complaint(std::int64_t step, double time, double dt, double cfl,
@@ -55,6 +73,15 @@ std::string StepLimits::complaint(std::int64_t step, double time, double dt, dou
         "'time.step', so fast is the flow near cell ({}, {}, {}), and the run would never end; "
         "lower what drives it, or, where that speed is meant, 'time.step'.",
         file_, step, time, cfl_, dt, dt / longest_, cell[0], cell[1], cell[2]);
+  if (cfl <= imaginary_limit) {
+    double shorter = dt;
+    while (shorter > diffusion_beside(cfl * shorter / dt)) shorter *= 0.99;
+    return fmt::format(
+        "{}: step {} (t = {:.6g}): convection (CFL number {:.3g} near cell ({}, {}, {})) and "
+        "explicit diffusion ({:.0f} % of its longest step) are stable alone, but not together; set "
+        "'time.step' to at most {:.4g} (now {}), or 'fluid.diffusion' to \"implicit\".",
+        file_, step, time, cfl, cell[0], cell[1], cell[2], 100 * dt / by_diffusion_, shorter, dt);
+  }
   return fmt::format(
       "{}: step {} (t = {:.6g}): the CFL number is {:.3g} near cell ({}, {}, {}), but "
       "the scheme is "

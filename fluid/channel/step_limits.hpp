@@ -16,13 +16,14 @@ class StepLimits {
   StepLimits(const Settings& settings, const Grid& grid);
 
   /// With time.cfl, the longest of the steps time.step 2^(-n/16), n = 0, 1, .., that keeps to it,
-  /// where `fastest` is the largest |u|+|v|+|w| [L/T], and to the limit of explicit diffusion [T].
+  /// where `fastest` is the largest |u|+|v|+|w| [L/T], and to the limit of explicit diffusion beside
+  /// it [T].
   /// Few lengths, so that what depends on the step is seldom made anew; and a function of the
   /// present field alone, so that a run that is continued takes the same. Otherwise time.step.
   double step(double fastest) const;
 
-  /// Whether convection is stable at this CFL number, and the step not so short that the run would
-  /// never end.
+  /// Whether convection is stable at this CFL number, in a step of given length explicit diffusion
+  /// beside it, too, and the step not so short that the run would never end.
   bool allows(double cfl, double dt) const;
 
   /// One sentence for a step (its number, time and length) that is too long, or too short, in
@@ -31,9 +32,12 @@ class StepLimits {
                         const std::array<int, 3>& cell) const;
 
  private:
+  /// Longest step of explicit diffusion beside convection at this CFL number [T].
+  double diffusion_beside(double cfl) const;
+
   std::string file_;
   bool follows_cfl_, convection_;
-  double longest_, cfl_, cell_, by_diffusion_, shortest_;
+  double longest_, cfl_, cell_, by_diffusion_, weight_, shortest_;
 };
 
 }  // namespace bedload

@@ -370,8 +370,8 @@ def onto_sphere(runner: Runner) -> Result:
     dry, source = 0.97, "exp(-35/St*), a fit to walls, Legendre et al. 2005"
     result.remarks.append(
         "St = m u/(6 pi mu R_eff^2), at which the film takes what it takes at a wall, St* the same with the added mass; "
-        "speeds are those at a gap of D/10. The layer along a sphere, which is slower here at the same St, takes more than "
-        "at a wall, so that less than the fit is expected: the measure is the finest grid, the bound the scatter of "
+        "speeds are those at a gap of D/10. The layer along a sphere, which is slower here at the same St, takes more "
+        "than at a wall, so that less than the fit is expected: the measure is the finest grid, the bound the scatter of "
         "experiments."
     )
     result.curves.append(fitted_curve(source, 100.0))
