@@ -57,10 +57,6 @@ FluidValue require_fluid_time_step(LAMMPS_NS::LAMMPS* lmp, std::string_view styl
                          "fluid the line 'fix ID all property/global fluidTimeStep scalar <s>'",
                          style));
   }
-  if (!dt.live() && !(dt.get() > 0)) {
-    stop_run(lmp, fmt::format("{}: the fluid time step has to be more than 0, found {}", style,
-                              dt.get()));
-  }
   return dt;
 }
 

@@ -16,7 +16,8 @@ class FluidValue {
   FluidValue() = default;
 
   /// Looks for `key` in the fix couple/fluid (Fix::extract), then for
-  /// `fix ID all property/global <property> scalar <value>`. An empty name skips that place.
+  /// `fix ID all property/global <property> scalar <value>`, which ends the run with one sentence
+  /// where it is not above 0 (a density may be 0). An empty name skips that place.
   static FluidValue find(LAMMPS_NS::LAMMPS* lmp, std::string_view key, std::string_view property);
 
   static FluidValue constant(double value);
@@ -31,8 +32,8 @@ class FluidValue {
   bool given_ = false;
 };
 
-/// Length of a fluid time step [s]; ends the run with one sentence if nothing gives it or if the
-/// script gives none above 0. (What the coupling gives may change from step to step.)
+/// Length of a fluid time step [s]; ends the run with one sentence if nothing gives it. (What the
+/// coupling gives may change from step to step.)
 FluidValue require_fluid_time_step(LAMMPS_NS::LAMMPS* lmp, std::string_view style);
 
 /// Dynamic viscosity [Pa s], from the coupling, the property fluidViscosity or a fix lubrication;

@@ -14,7 +14,7 @@
 namespace bedload {
 namespace {
 
-/// Adds the overlap of sphere i, mobile and of this rank, with the walls along d.
+/// Adds the overlap of sphere i, free and of this rank, with the walls along d.
 void add_walls(const LAMMPS_NS::Atom& atom, int i, std::size_t d, double length, Triple& overlap) {
   const double below = atom.radius[i] - atom.x[i][d],
                above = atom.x[i][d] + atom.radius[i] - length;
@@ -34,16 +34,15 @@ std::vector<Triple> overlaps_of(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& sp
     for (std::size_t d = 0; d < 3; ++d) overlap[d] += amount * n[static_cast<Eigen::Index>(d)];
   };
   const Mobility mobility(lmp);
-  const auto held = [&](int i) { return mobility.held(atom.mask[i]); };
-  // 0 of what does not give way: fixed ones, and beside free ones those moved as prescribed.
-  const auto inverse_mass = [&](int i, int other) {
-    const bool gives_way = spheres.is_mobile(atom.mask[i]) && (!held(i) || held(other));
-    return gives_way ? 1.0 / atom.rmass[i] : 0.0;
+  // What forces move; fixed spheres and those moved as prescribed are meant to be where they are.
+  const auto gives_way = [&](int i) {
+    return spheres.is_mobile(atom.mask[i]) && !mobility.held(atom.mask[i]);
   };
+  const auto inverse_mass = [&](int i) { return gives_way(i) ? 1.0 / atom.rmass[i] : 0.0; };
 
   for (int i = 0; i < atom.nlocal; ++i)
     for (std::size_t d = 0; d < 3; ++d)
-      if (walls[d] && spheres.is_mobile(atom.mask[i]))
+      if (walls[d] && gives_way(i))
         add_walls(atom, i, d, length[d], overlaps[static_cast<std::size_t>(i)]);
 
   const LAMMPS_NS::Pair* const pair = lmp->force->pair;
@@ -58,7 +57,7 @@ std::vector<Triple> overlaps_of(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& sp
       const Vec3 way = Vec3(atom.x[j]) - x;
       const double reach = atom.radius[i] + atom.radius[j], square = way.squaredNorm();
       if (square >= reach * reach || square == 0.0) continue;
-      const double by_i = inverse_mass(i, j), by_j = inverse_mass(j, i);
+      const double by_i = inverse_mass(i), by_j = inverse_mass(j);
       if (by_i + by_j == 0.0) continue;
       const double distance = std::sqrt(square), depth = reach - distance;
       give(i, share_of_overlap(by_i, by_j) * depth, way / distance);

@@ -23,8 +23,9 @@ inline double share_of_overlap(double own, double other) { return own / (own + o
 ///
 ///   o_i = sum over contacts of (1/m_i) / (1/m_i + 1/m_j) (r_i + r_j - |x_j - x_i|) n
 ///
-/// Zero for the others. A mobile sphere that a fix moves as prescribed has no 1/m beside one that
-/// answers to forces. Positions of ghosts and the list of pairs are those of the last step.
+/// Zero for the others, and for mobile spheres that are held or that a fix moves as prescribed:
+/// they are where the script wants them, and have no 1/m. Positions of ghosts and the list of pairs
+/// are those of the last step.
 /// @param walls walls[d]: whether the box ends at walls along d
 std::vector<Triple> overlaps_of(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& spheres,
                                 const Triple& length, const std::array<bool, 3>& walls);

@@ -92,12 +92,19 @@ StartProfile::StartProfile(const Settings& settings, const Grid& grid)
       velocity_(settings.start.velocity),
       viscosity_(settings.fluid.kinematic_viscosity),
       lower_velocity_(settings.start.height > 0.0 ? 0.0 : grid.wall_velocity[1][0][0]),
-      upper_velocity_(grid.wall_velocity[1][1][0]) {
+      upper_velocity_(grid.wall_velocity[1][1][0]),
+      lower_across_(settings.start.height > 0.0 ? 0.0 : grid.wall_velocity[1][0][2]),
+      upper_across_(grid.wall_velocity[1][1][2]) {
   if (kind_ != Start::logarithmic || velocity_ == 0.0 || (!lower_wall_ && !upper_wall_)) return;
   double low = 0.0, high = std::abs(velocity_);  // u_tau from the mean velocity, by bisection
+  const auto too_slow = [&](double u_tau) {
+    friction_velocity_ = u_tau;
+    return mean() < std::abs(velocity_);
+  };
+  while (too_slow(high)) high *= 2.0;  // slow flows: u_tau is above their velocity
   for (int n = 0; n < 100; ++n) {
-    friction_velocity_ = 0.5 * (low + high);
-    (mean() < std::abs(velocity_) ? low : high) = friction_velocity_;
+    const double middle = 0.5 * (low + high);
+    (too_slow(middle) ? low : high) = middle;
   }
 }
 
@@ -135,6 +142,13 @@ double StartProfile::operator()(double y) const {
   return shape((y - bottom_) / depth_);
 }
 
+double StartProfile::across(double y) const {
+  if (kind_ != Start::laminar || y < bottom_) return 0.0;
+  const double s = (y - bottom_) / depth_;
+  if (lower_wall_ && upper_wall_) return lower_across_ * (1.0 - s) + upper_across_ * s;
+  return lower_wall_ ? lower_across_ : upper_across_;
+}
+
 template <class Real>
 void write_start_field(Field<Real>& velocity, const Settings& settings, const Grid& grid,
                        const Decomposition& decomposition) {
@@ -162,7 +176,7 @@ void write_start_field(Field<Real>& velocity, const Settings& settings, const Gr
                    z_up = grid.face(decomposition.first_row() + k);
       std::fill(u.begin(), u.end(), profile(y));
       std::fill(v.begin(), v.end(), 0.0);
-      std::fill(w.begin(), w.end(), 0.0);
+      std::fill(w.begin(), w.end(), profile.across(y));
       for (std::size_t n = 0; n < modes.size(); ++n) {
         const Mode& m = modes[n];
         const double slope = pi / depth *

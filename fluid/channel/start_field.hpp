@@ -9,7 +9,8 @@ namespace bedload {
 
 /// Mean streamwise velocity at height y of the profile that a run starts from (start.from): zero
 /// below start.height; above it, over the depth that remains, of mean start.velocity:
-///   laminar:      the parabola (or straight line, for moving walls) that the y walls ask for;
+///   laminar:      the parabola (or straight line, for moving walls) that the y walls ask for, and
+///                 the straight line along z where they move along it, too;
 ///   logarithmic:  Reichardt's law of the wall, u+ = ln(1 + 0.4 y+)/0.4
 ///                 + 7.8 (1 - exp(-y+/11) - (y+/11) exp(-y+/3))  (ZAMM 31 (1951) 208),
 ///                 y+ from the nearer no-slip wall, the friction velocity found from the mean.
@@ -17,6 +18,8 @@ class StartProfile {
  public:
   StartProfile(const Settings& settings, const Grid& grid);
   double operator()(double y) const;
+  /// Of the laminar flow that moving y walls drive along z [L/T].
+  double across(double y) const;
 
  private:
   double shape(double s) const;
@@ -27,6 +30,7 @@ class StartProfile {
   bool lower_wall_, upper_wall_;
   double bottom_, depth_, velocity_, viscosity_;
   double lower_velocity_, upper_velocity_;
+  double lower_across_, upper_across_;
   double friction_velocity_ = 0.0;
 };
 

@@ -16,10 +16,10 @@ class StepLimits {
   StepLimits(const Settings& settings, const Grid& grid);
 
   /// With time.cfl, the longest of the steps time.step 2^(-n/16), n = 0, 1, .., that keeps to it,
-  /// where `fastest` is the largest |u|+|v|+|w| [L/T], and to the limit of explicit diffusion beside
-  /// it [T].
-  /// Few lengths, so that what depends on the step is seldom made anew; and a function of the
-  /// present field alone, so that a run that is continued takes the same. Otherwise time.step.
+  /// where `fastest` is the largest |u|+|v|+|w| [L/T], and to the limit of explicit diffusion
+  /// beside it [T]. Few lengths, so that what depends on the step is seldom made anew; and a
+  /// function of the present field alone, so that a run that is continued takes the same. Otherwise
+  /// time.step.
   double step(double fastest) const;
 
   /// Whether convection is stable at this CFL number, in a step of given length explicit diffusion

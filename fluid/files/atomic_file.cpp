@@ -62,6 +62,7 @@ void commit_link(const std::string& existing, const std::string& path) {
   if (error) std::filesystem::copy_file(existing, temporary_name(path), error);
   if (error) fail(path, "written", error.value());
   commit_file(path);
+  discard_temporary(path);  // rename leaves both names where they were links to one file already
 }
 
 void discard_temporary(const std::string& path) noexcept { ::unlink(temporary_name(path).c_str()); }

@@ -57,7 +57,8 @@ struct FlowStatistics {
   std::optional<double> stress_defect;
 
   /// One-sided spectra [L^3/T^2] of u, v, w at one height each, such that their sum times the
-  /// wave-number step is the variance; modes 0 (left out, zero) to n/2.
+  /// wave-number step is the variance along the lines, of the velocity less its mean over each
+  /// line; modes 0 (left out, zero) to n/2. v is that of the face above `height`.
   struct Spectra {
     double height = 0.0;
     std::array<std::vector<double>, 3> x, z;

@@ -18,6 +18,7 @@ SHIPPED = [
 HERTZ = "model hertz tangential history"
 UNHEARD = f"fix floor all wall/gran {HERTZ} rolling_friction cdt primitive type 1 yplane -0.05"
 HEARD = f"fix floor all wall/gran {HERTZ} primitive type 1 yplane -0.05"
+MEETING = [Sphere((0.0, 0.0, 0.0), diameter=0.01), Sphere((0.0, 0.00999, 0.0), (0.0, -0.1, 0.0), diameter=0.01)]
 
 # Per case: what differs from a good scene, and words of the sentence: what is wrong, what was found,
 # what is allowed or missing.
@@ -34,7 +35,29 @@ CASES = {
         dict(without="fluidTimeStep"),
         ["actm needs the fluid time step", "couple/fluid", "fluidTimeStep scalar"],
     ),
-    "fluid step 0": (dict(fluid_step=0.0), ["fluid time step has to be more than 0", "found 0"]),
+    "fluid step 0": (dict(fluid_step=0.0), ["fluidTimeStep has to be more than 0", "found 0"]),
+    "property of a viscosity below 0": (
+        dict(properties=["fix nu all property/global fluidViscosity scalar -1e-3"]),
+        ["fluidViscosity has to be more than 0", "found -0.001"],
+    ),
+    "cells below 0": (
+        dict(contact="model rpm", properties=["fix h all property/global fluidCellSize scalar -5e-4"],
+             lines=[WEIGHT]),
+        ["fluidCellSize has to be more than 0", "found -0.0005"],
+    ),
+    "density below 0": (
+        dict(spheres=MEETING, properties=["fix rho all property/global fluidDensity scalar -1000"],
+             lines=[WEIGHT]),
+        ["fluidDensity has to be at least 0", "found -1000"],
+    ),
+    "T_c of two DEM steps": (
+        dict(spheres=MEETING, contact="model actm tangential haff_werner collisionSteps 2", substeps=1),
+        ["actm", "lasts 2 of LIGGGHTS' steps", "has to last 3"],
+    ),
+    "rpm without weights": (
+        dict(spheres=MEETING, contact="model rpm", settings="range 1e-3", lines=[WEIGHT.replace("9.81", "0.0")]),
+        ["rpm measures its force in weights", "fix gravity has none"],
+    ),
     "e of 0": (
         dict(restitution=0.0),
         ["coefficientRestitution", "between 0.01 and 1", "found 0", "types 1 and 1"],
@@ -55,7 +78,7 @@ CASES = {
     ),
     "two durations of rpm": (
         dict(contact="model rpm", settings="range 1e-4 collisionSteps 8 collisionTime 1e-2",
-             lines=["fix weight all gravity 9.81 vector 0 -1 0"]),
+             lines=[WEIGHT]),
         ["model rpm: collisionTime and collisionSteps both", "leave out one"],
     ),
     "two durations of slip": (
@@ -201,7 +224,7 @@ def test_one_clear_sentence(tmp_path, case):
     change, words = CASES[case]
     change = dict(change)
     without = change.pop("without", None)
-    scene = Scene(PAIR, **{"contact": "model actm tangential haff_werner", **change})
+    scene = Scene(change.pop("spheres", PAIR), **{"contact": "model actm tangential haff_werner", **change})
     lines = [w for w in scene.script(10) if not (without and without in w)]
     if scene.fluid_step == 0:
         lines = ["timestep 1e-5" if w.startswith("timestep") else w for w in lines]

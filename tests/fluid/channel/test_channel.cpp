@@ -250,6 +250,26 @@ TEST(StartField, ProfilesHaveTheirMeanAndShape) {
   const StartProfile profile(s, make_grid(s));
   const double slope = profile(0.25 + 1e-5) / 1e-5;
   EXPECT_NEAR(std::sqrt(slope / 4449.0) / 1.4, 1.0 / 16.5, 0.005);
+  // A viscous flow, whose friction velocity is above its own.
+  s.fluid.kinematic_viscosity = 10.0;
+  const StartProfile viscous(s, make_grid(s));
+  double mean = 0.0;
+  for (int n = 0; n < 3000; ++n) mean += viscous(0.25 + 0.75 * (n + 0.5) / 3000) / 3000;
+  EXPECT_NEAR(mean, 1.4, 1e-3);
+}
+
+TEST(StartField, LaminarFlowBetweenMovingWallsIsLinearAlongBoth) {
+  Settings s = box({8, 16, 8}, 1.0 / 16, 1e-2, 1e-3);
+  s.start.from = Start::laminar;
+  set_y_ends(s, Wall::no_slip, Wall::no_slip);
+  s.boundary.y_lower_velocity = {0.2, 0.0, -0.3};
+  s.boundary.y_upper_velocity = {1.0, 0.0, 0.5};
+  const StartProfile profile(s, make_grid(s));
+  EXPECT_NEAR(profile(0.25), 0.4, 1e-12);
+  EXPECT_NEAR(profile.across(0.25), -0.1, 1e-12);
+  set_y_ends(s, Wall::no_slip, Wall::free_slip);
+  s.boundary.y_upper_velocity = {};
+  EXPECT_NEAR(StartProfile(s, make_grid(s)).across(0.25), -0.3, 1e-12);
 }
 
 /// Disturbances have about the size asked for, in every component, and another seed gives others.
