@@ -67,11 +67,23 @@ def _memory(means: np.ndarray) -> float:
     return float((deviation[1:] * deviation[:-1]).sum()) / square if square > 0 else 0.0
 
 
-def _half_width(means: np.ndarray) -> float:
-    count = len(means)
-    correlation = min(max(_memory(means) + 1.0 / count, 0.0), 0.9)
+def _inflation_and_freedom(count: int, memory: float) -> tuple[float, float]:
+    """f, and the degrees of freedom of t."""
+    correlation = min(max(memory + 1.0 / count, 0.0), 0.9)
     inflation = (1.0 + correlation) / (1.0 - correlation)
-    return _student_half_width(means, max((count - 1) / inflation, min(count, FEWEST_BATCHES) - 1), inflation)
+    return inflation, max((count - 1) / inflation, min(count, FEWEST_BATCHES) - 1)
+
+
+def _half_width(means: np.ndarray) -> float:
+    inflation, freedom = _inflation_and_freedom(len(means), _memory(means))
+    return _student_half_width(means, freedom, inflation)
+
+
+def without_memory(half_width: float, count: int, memory: float) -> float:
+    """What `half_width_if_independent` was, from the half width with the memory of so many batches."""
+    inflation, freedom = _inflation_and_freedom(count, memory)
+    shrunk = student.ppf(0.975, count - 1) / (student.ppf(0.975, freedom) * np.sqrt(inflation))
+    return float(half_width * shrunk)
 
 
 def _student_half_width(means: np.ndarray, freedom: float, inflation: float) -> float:

@@ -9,11 +9,14 @@ true one by
 
 (95 %; the scatter of means that are long beside the memory falls as the root of their length). No interval of a
 record of at most a quarter of the longest one's length is taken to be narrower. That the swings of a coarser grid are
-those of a finer one is assumed. Records of programs that kept no L do not serve.
+those of a finer one is assumed. Records of programs that kept no L serve for the mean velocity, whose batches' memory they
+have kept, and for what has intervals without it.
 """
 
 import math
 from collections.abc import Sequence
+
+from .batches import without_memory
 
 LONGER = 4.0  # times as long as the record whose intervals it widens
 # The quantities with intervals, but for those that the width of a bin decides.
@@ -21,11 +24,24 @@ QUANTITIES = (
     "mean_velocity", "mean_height", "spread_of_height", "mean_jump_height", "share_resting", "share_creeping",
     "share_jumping", "share_moving", "jumping_spin", "spin_peak", "moving_spin_peak", "spin_above", "creeping_slip",
 )  # fmt: skip
+OF_SERIES = ("mean_velocity", "mean_height", "share_resting", "share_creeping", "share_jumping", "share_moving")
 WIDENED = "widened"  # of a run: what its intervals are widened from
 # What of a record's runs is needed.
-NEEDED = ("model", "density_ratio", "flow_throughs", "cells_per_diameter", *(
+NEEDED = ("model", "density_ratio", "flow_throughs", "cells_per_diameter", "batches", "batch_memory", *(
     f"{name}_interval{word}" for name in QUANTITIES for word in ("", "_if_independent")
 ))  # fmt: skip
+
+
+def half_if_independent(run: dict, name: str) -> float | None:
+    """L of a quantity; None where the record has kept too little for it."""
+    if name not in OF_SERIES:
+        return run.get(f"{name}_interval")
+    if f"{name}_interval_if_independent" in run:
+        return run[f"{name}_interval_if_independent"]
+    half = run.get(f"{name}_interval")
+    if name != "mean_velocity" or half is None or "batch_memory" not in run:
+        return None
+    return without_memory(half, run["batches"], run["batch_memory"])
 
 
 def longest_of(run: dict, others: Sequence[dict]) -> dict | None:
@@ -33,7 +49,7 @@ def longest_of(run: dict, others: Sequence[dict]) -> dict | None:
     same = [
         v for v in others
         if (v["model"], v["density_ratio"]) == (run["model"], run["density_ratio"])
-        and v.get("mean_velocity_interval_if_independent") is not None
+        and half_if_independent(v, "mean_velocity") is not None
     ]  # fmt: skip
     longest = max(same, key=lambda v: v["flow_throughs"], default=None)
     if longest is None or longest["flow_throughs"] < LONGER * run["flow_throughs"]:
@@ -51,7 +67,7 @@ def widened(run: dict, others: Sequence[dict]) -> dict:
     longer = math.sqrt(longest["flow_throughs"] / run["flow_throughs"])
     for name in QUANTITIES:
         own = run.get(f"{name}_interval")
-        known = longest.get(f"{name}_interval_if_independent", longest.get(f"{name}_interval"))
+        known = half_if_independent(longest, name)
         if own is not None and known is not None:
             found[f"{name}_interval"] = max(own, longer * known)
     found[WIDENED] = {

@@ -307,9 +307,9 @@ def wet_restitution(runner: Runner) -> Result:
     result = Result("Wet over dry restitution against a wall, e_dry = 0.97", axes=(WITH_ADDED_MASS, "e / e_dry"))
     dry, source = 0.97, "exp(-35/St*), Legendre et al. 2005"
     result.remarks.append(
-        "The curve is a fit to experiments, St* = (rho_p + rho_f/2) u D/(9 mu), among them those of Joseph et al. 2001, who "
-        f"saw no rebound below about St = 10; they scatter by {SCATTER:g}. Where the speeds are taken matters: each row's are "
-        "those at a gap of D/10. Gondret's own bounce at St = 26 lies 0.1 above it."
+        "The curve is a fit to experiments, St* = (rho_p + rho_f/2) u D/(9 mu), among them those of Joseph et al. 2001, "
+        f"who saw no rebound below about St = 10; they scatter by {SCATTER:g}. Where the speeds are taken matters: each "
+        "row's are those at a gap of D/10. Gondret's own bounce at St = 26 lies 0.1 above it."
     )
     result.curves.append(fitted_curve(source, 300.0))
     kinds = ((8.0, 10, (10, 20, 30, 50, 100, 200, 300)), (8.0, 15, (30, 100)),
@@ -342,7 +342,7 @@ def resolution_of_restitution(found: dict[int, float], short: float, measured: f
     coarse = min(found)
     by_cells = ", ".join(f"{value:+.2f} at D/h = {n}" for n, value in beside.items())
     text = f"At St = 300 and a density ratio of 2.5 e/e_dry differs from the fit by {by_cells}; "
-    if max(map(abs, beside.values())) <= 0.5 * SCATTER:
+    if max(abs(value) for value in beside.values()) <= 0.5 * SCATTER:
         return text + f"half the collision time changes it by {short - found[coarse]:+.2f}."
     of_time = abs(short - found[coarse]) / abs(beside[coarse])
     return (

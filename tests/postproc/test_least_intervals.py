@@ -53,14 +53,25 @@ def test_intervals_grow_with_the_root_of_the_length():
         run, flow_throughs=90.0, mean_velocity_interval=0.04, mean_velocity_interval_if_independent=0.02,
         mean_height_interval_if_independent=0.1, spin_peak_interval=0.3, cells_per_diameter=6.0,
     )  # fmt: skip
+    # One of an older program that kept no memory either: it cannot say what its batches scatter by.
+    older = {n: v for n, v in longest.items() if "if_independent" not in n and n != "batch_memory"}
     others = [longest, dict(longest, flow_throughs=50.0), dict(longest, model="actm", flow_throughs=1000.0),
-              {n: v for n, v in longest.items() if "if_independent" not in n} | {"flow_throughs": 200.0}]  # fmt: skip
+              older | {"flow_throughs": 200.0}]  # fmt: skip
     wide = least_intervals.widened(dict(run, spin_peak_interval=0.1, interval_too_narrow=True), others)
     assert wide["mean_velocity_interval"] == pytest.approx(0.06)
     assert wide["mean_height_interval"] == 0.5
     assert wide["spin_peak_interval"] == pytest.approx(0.9)
     assert not wide["interval_too_narrow"]
     assert least_intervals.widened(dict(run, flow_throughs=25.0), others)["mean_velocity_interval"] == 0.01
+
+
+def test_an_older_record_gives_back_what_its_batches_scatter_by():
+    values = swinging(np.random.default_rng(5), LONG)
+    kept = estimate(values, 10)
+    older = {"mean_velocity_interval": kept.half_width, "batches": 10, "batch_memory": kept.memory}
+    assert kept.half_width > 1.1 * kept.half_width_if_independent
+    assert least_intervals.half_if_independent(older, "mean_velocity") == pytest.approx(kept.half_width_if_independent)
+    assert least_intervals.half_if_independent(dict(older, mean_height_interval=1.0), "mean_height") is None
 
 
 def test_the_page_says_what_was_widened():
