@@ -25,3 +25,13 @@ def finite(text: str) -> float:
 
 
 finite.__name__ = "float"
+
+
+def positive(text: str) -> float:
+    """A finite number above 0."""
+    if not (number := finite(text)) > 0.0:
+        raise argparse.ArgumentTypeError(f"is {text}, but must be more than 0")
+    return number
+
+
+positive.__name__ = "float"

@@ -184,6 +184,8 @@ def read_variables(scene: Scene, model: str | None, settings: Sequence[str]) -> 
     known = scene.variables(given | ({"model": model} if model else {}))
     if "model" in given:
         raise UserError(f"--var model={given['model']}: the model is chosen by --model.")
+    if "out" in given:
+        raise UserError(f"--var out={given['out']}: the folder is chosen by --out.")
     for name in given:
         if name not in known:
             raise unknown(f"variable of {scene.name}'s in.liggghts", name, known)

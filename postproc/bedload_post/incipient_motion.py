@@ -117,35 +117,40 @@ def threshold_of_transport(
     points: Sequence[Point], power: float = WONG_PARKER_POWER, draws: int = 2000
 ) -> Threshold:
     """Shields number at which q* goes to zero: the zero of the straight line through (theta, q*^(1/power)),
-    least squares weighted by the intervals; its own interval from normal draws of the points.
+    least squares weighted by the intervals; its own interval from normal draws of the points, which scatter
+    sqrt(chi^2/(n - 2)) times as far as their intervals say where the line misses them by more than these.
 
-    Only points whose interval leaves zero out take part; with fewer than three, or where the line meets
-    zero at no positive Shields number, it is not known.
+    Only points whose intervals of q* and of the share in motion leave zero out take part; with fewer than three, or
+    where the line meets zero at no positive Shields number, it is not known.
     """
-    taken = [p for p in points if p.transport.mean - p.transport.half_width > 0.0]
+    taken = [p for p in points if all(e.mean - e.half_width > 0.0 for e in (p.moving, p.transport))]
     if len(taken) < 3:
         return UNKNOWN
     theta = np.array([p.shields for p in taken])
     mean = np.array([p.transport.mean for p in taken])
     deviation = np.array([p.transport.half_width for p in taken]) / 1.96
-    value = _zero(theta, mean, deviation, power)
+    value, misfit = _line(theta, mean, deviation, power)
     if not value > 0.0:
         return UNKNOWN
+    deviation *= math.sqrt(max(1.0, misfit))
     random = np.random.default_rng(1)
     zeros = [
-        _zero(theta, np.maximum(random.normal(mean, deviation), 1e-12), deviation, power)
+        _line(theta, np.maximum(random.normal(mean, deviation), 1e-12), deviation, power)[0]
         for _ in range(draws)
     ]
     low, high = np.nanquantile(zeros, [0.025, 0.975])
-    return Threshold(value, float(low), float(high))
+    return Threshold(value, max(0.0, float(low)), float(high))
 
 
-def _zero(theta: np.ndarray, rate: np.ndarray, deviation: np.ndarray, power: float) -> float:
+def _line(theta: np.ndarray, rate: np.ndarray, deviation: np.ndarray, power: float) -> tuple[float, float]:
+    """Zero of the weighted line through rate^(1/power), nan for one that does not rise, and chi^2 of the
+    points over their number less two."""
     root = rate ** (1.0 / power)
     spread = deviation * root / (power * rate)  # of the root, by its derivative
     weights = 1.0 / np.maximum(spread, 1e-3 * root)
     slope, intercept = np.polyfit(theta, root, 1, w=weights)
-    return float(-intercept / slope) if slope > 0 else math.nan
+    square = float((((root - slope * theta - intercept) * weights) ** 2).sum())
+    return float(-intercept / slope) if slope > 0 else math.nan, square / max(len(theta) - 2, 1)
 
 
 def complement(share: Estimate) -> Estimate:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from bedload_launcher.errors import UserError, unknown
 from bedload_launcher.job import Ranks
+from bedload_launcher.numbers import positive
 from bedload_launcher.words import read_rows
 
 from . import accuracy_scene
@@ -92,7 +93,7 @@ def write_table(file: Path, points: list[Point]) -> None:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", nargs="?", metavar="SCENE", help="a scene's own answer (none: the known cases)")
-    parser.add_argument("--hours", type=float, help="of a SCENE's runs together (default: 0.1)")
+    parser.add_argument("--hours", type=positive, help="of a SCENE's runs together (default: 0.1)")
     parser.add_argument("--quantity", metavar="NAME", help="of a SCENE: what is judged (default: grain velocity, "
                         "else driving force, else flow energy; any column of history.csv)")  # fmt: skip
     parser.add_argument("--model", help="of a SCENE: as for run")

@@ -19,6 +19,7 @@ import numpy as np
 from bedload_launcher import bench, job
 from bedload_launcher.build import BIN, ROOT
 from bedload_launcher.errors import UserError
+from bedload_launcher.numbers import positive
 from bedload_launcher.override import override_table
 from bedload_launcher.scenes import find_scene
 from bedload_post import flow_statistics, profile_figures
@@ -36,7 +37,7 @@ MAY_DIFFER = ("time.end=", "start.file=")  # a longer flow goes on; the folders 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ranks", help="MPI ranks of the fluid (default: every core)")
     parser.add_argument(
-        "--time", type=float, default=200.0, help="that is averaged over, in half heights over U_b"
+        "--time", type=positive, default=200.0, help="that is averaged over, in half heights over U_b"
     )
     parser.add_argument(
         "--out", type=Path, default=Path("runs") / SCENE, help="where the runs leave their files"

@@ -24,6 +24,7 @@ from pathlib import Path
 
 from bedload_launcher import cost, job
 from bedload_launcher.errors import UserError
+from bedload_launcher.numbers import positive, whole
 from bedload_launcher.scenes import INPUTS, Scene, choose_model, find_scene
 from bedload_launcher.verdicts import LEAVE_OUT, TOLERANCE
 from bedload_launcher.words import end_of, say
@@ -224,8 +225,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_start_from(parser)
     parser.add_argument("--quantity", metavar="NAME", help="what is judged (default: the first that moves of grain "
                         "velocity, driving force, flow energy)")  # fmt: skip
-    parser.add_argument("--steps", type=int, help="of each run (default: as many as fit into --hours)")
-    parser.add_argument("--hours", type=float, default=0.2, help="of all runs together (default: 0.2); each variant "
+    parser.add_argument("--steps", type=whole(1), help="of each run (default: as many as fit into --hours)")
+    parser.add_argument("--hours", type=positive, default=0.2, help="of all runs together (default: 0.2); each variant "
                         "runs once whatever that takes")  # fmt: skip
     parser.add_argument("--out", type=Path, help="folder of the table (default: runs/effects-SCENE)")
 

@@ -19,7 +19,7 @@ from pathlib import Path
 from bedload_launcher import job
 from bedload_launcher.errors import unknown
 from bedload_launcher.machine import cores
-from bedload_launcher.numbers import whole
+from bedload_launcher.numbers import positive, whole
 from bedload_launcher.scenes import Scene
 from bedload_launcher.words import end_of, read_rows
 from bedload_post.outputs import MissingOutput
@@ -139,7 +139,7 @@ def counted(cells: list[Cell]) -> str:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", nargs="?", metavar="SCENE", help="a scene's own limits (none: the hard cases)")
-    parser.add_argument("--time", type=float, metavar="T", help="of a SCENE's runs (default: sixty of its steps)")
+    parser.add_argument("--time", type=positive, metavar="T", help="of a SCENE's runs (default: sixty of its steps)")
     parser.add_argument("--model", help="of a SCENE: as for run")
     parser.add_argument("--ranks", metavar="FLUID:DEM", help="of a SCENE: as for run")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="of a SCENE: as for run")

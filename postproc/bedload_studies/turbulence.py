@@ -17,15 +17,17 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of a backend without a screen)
 import numpy as np  # noqa: E402
+from bedload_launcher.errors import UserError  # noqa: E402
+from bedload_launcher.numbers import finite  # noqa: E402
 from bedload_post.bed_friction import friction_velocity  # noqa: E402
 from bedload_post.outputs import MissingOutput, Run  # noqa: E402
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="OUT", help="output folder of a run")
-    parser.add_argument("--since", type=float, default=0.0, help="leave out what is earlier [T]")
+    parser.add_argument("--since", type=finite, default=0.0, help="leave out what is earlier [T]")
     parser.add_argument(
-        "--heights", type=float, nargs="+", metavar="Y",
+        "--heights", type=finite, nargs="+", metavar="Y",
         help="heights over the floor [L] (default: bed's top + 0.1, 0.3 and 0.7 of the depth)",
     )  # fmt: skip
     parser.add_argument("--figure", type=Path, help="a PNG of the correlations")
@@ -84,6 +86,9 @@ def run(options: argparse.Namespace) -> int:
     case = Run(options.folder)
     bed_top = case.box[1] - case.depth
     heights = options.heights or [bed_top + share * case.depth for share in (0.1, 0.3, 0.7)]
+    for height in heights:
+        if not 0.0 < height < case.box[1]:
+            raise UserError(f"--heights has {height:g}, but the box of {options.folder} is {case.box[1]:g} high.")
     along_x, along_z, count = correlations(case, heights, options.since)
     friction, source = friction_velocity(case, options.since)
     history = case.history()

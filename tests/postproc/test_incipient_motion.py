@@ -26,7 +26,7 @@ def value(mean, half=0.0):
     return Estimate(mean, half, np.array([mean]))
 
 
-def point(theta, moving=0.0, transport=0.0, half=0.0):
+def point(theta, moving=0.5, transport=0.0, half=0.0):
     return Point("actm", theta, value(moving, half), value(0.0), value(0.0), value(transport, half))
 
 
@@ -80,6 +80,13 @@ def test_threshold_of_transport_finds_what_made_the_points():
     lost = [*noisy, point(0.02, transport=1e-5, half=1e-4)]
     assert threshold_of_transport(lost).value == pytest.approx(found.value)
     assert math.isnan(threshold_of_transport(noisy[:2]).value)
+    # Nor does one without a grain in motion.
+    still = [*noisy, point(0.02, moving=0.0, transport=1e-5, half=1e-7)]
+    assert threshold_of_transport(still).value == pytest.approx(found.value)
+    # Points that lie on no line: the interval is that of their scatter about it.
+    off = [point(t, transport=law(t) * (1.5 if t == 0.06 else 1.0), half=1e-3 * law(t)) for t in (0.04, 0.06, 0.08, 0.1)]
+    scattered = threshold_of_transport(off)
+    assert scattered.high - scattered.low > 0.001  # 3e-5 from the points' own intervals
     # Grains that move however weak the flow is have no threshold.
     ever = [point(t, transport=t**1.6 + 0.01, half=1e-9) for t in (0.04, 0.06, 0.1)]
     assert math.isnan(threshold_of_transport(ever).value)
