@@ -9,8 +9,8 @@ true one by
 
 (95 %; the scatter of means that are long beside the memory falls as the root of their length). No interval of a
 record of at most a quarter of the longest one's length is taken to be narrower. That the swings of a coarser grid are
-those of a finer one is assumed. Records of programs that kept no L serve for the mean velocity, whose batches' memory they
-have kept, and for what has intervals without it.
+those of a finer one is assumed. Records of programs that kept no L serve for the mean velocity, whose batches' memory
+they have kept, and for what has intervals without it.
 """
 
 import math

@@ -84,7 +84,8 @@ def test_threshold_of_transport_finds_what_made_the_points():
     still = [*noisy, point(0.02, moving=0.0, transport=1e-5, half=1e-7)]
     assert threshold_of_transport(still).value == pytest.approx(found.value)
     # Points that lie on no line: the interval is that of their scatter about it.
-    off = [point(t, transport=law(t) * (1.5 if t == 0.06 else 1.0), half=1e-3 * law(t)) for t in (0.04, 0.06, 0.08, 0.1)]
+    off = [point(t, transport=law(t) * more, half=1e-3 * law(t))
+           for t, more in ((0.04, 1.0), (0.06, 1.5), (0.08, 1.0), (0.1, 1.0))]  # fmt: skip
     scattered = threshold_of_transport(off)
     assert scattered.high - scattered.low > 0.001  # 3e-5 from the points' own intervals
     # Grains that move however weak the flow is have no threshold.
