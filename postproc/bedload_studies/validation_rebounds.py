@@ -293,7 +293,8 @@ WITH_ADDED_MASS = "St + u D/(18 nu)"  # axis of the figures: the Stokes number w
 
 
 def with_added_mass(stokes: float, density_ratio: float) -> float:
-    """(rho_p + rho_f/2) u D/(9 mu), in which rebounds of light and heavy spheres fall together, from rho_p u D/(9 mu)."""
+    """(rho_p + rho_f/2) u D/(9 mu), in which rebounds of light and heavy spheres fall together, from
+    rho_p u D/(9 mu)."""
     return stokes * (1.0 + 0.5 / density_ratio)
 
 
@@ -307,9 +308,9 @@ def wet_restitution(runner: Runner) -> Result:
     result = Result("Wet over dry restitution against a wall, e_dry = 0.97", axes=(WITH_ADDED_MASS, "e / e_dry"))
     dry, source = 0.97, "exp(-35/St*), Legendre et al. 2005"
     result.remarks.append(
-        "The curve is a fit to experiments, St* = (rho_p + rho_f/2) u D/(9 mu), among them those of Joseph et al. 2001, "
-        f"who saw no rebound below about St = 10; they scatter by {SCATTER:g}. Where the speeds are taken matters: each "
-        "row's are those at a gap of D/10. Gondret's own bounce at St = 26 lies 0.1 above it."
+        "The curve is a fit to experiments, St* = (rho_p + rho_f/2) u D/(9 mu), among them those of Joseph et al. 2001,"
+        f" who saw no rebound below about St = 10; they scatter by {SCATTER:g}. Where the speeds are taken matters:"
+        " each row's are those at a gap of D/10. Gondret's own bounce at St = 26 lies 0.1 above it."
     )
     result.curves.append(fitted_curve(source, 300.0))
     kinds = ((8.0, 10, (10, 20, 30, 50, 100, 200, 300)), (8.0, 15, (30, 100)),
