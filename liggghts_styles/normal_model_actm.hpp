@@ -299,7 +299,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     h.speed = std::max(u, critical);
     h.impact = u < critical ? 0 : 1;
     set(h, bedload::contact::actm_coefficients(mass, h.speed, collision_time, calibration(s)));
-    if (rule_ == biegert && u < critical) stiffen(s, mass, bearing_stiffness(s), h);
+    if (rule_ == biegert && u < critical) stiffen(s, mass, bearing_stiffness(s, mass), h);
     if (rule_ != biegert) soften_to_resolved(s, mass, h);
   }
 
@@ -323,7 +323,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     const double collision_time = scale_.value(fluid_step_);
     if ((now - h.settling) * update->dt < 2 * collision_time) return;
     find_out_gravity();
-    const double target = bearing_stiffness(s);
+    const double target = bearing_stiffness(s, mass);
     const double overlap = s.deltan - h.birth_overlap;
     const double per_stiffness = bedload::contact::elastic_energy(1.0, overlap);
     const double rise = std::min(
@@ -370,14 +370,13 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
 
   /// k that lets the submerged weight of the heavier partner press in by restingOverlap times the
   /// smaller radius, or by as much as the step resolves. 0 without gravity.
-  double bearing_stiffness(const SurfacesIntersectData& s) const {
+  double bearing_stiffness(const SurfacesIntersectData& s, double mass) const {
     const Partner heavier = heavier_partner(s);
     const double g = submerged_gravity(heavier);
     if (g == 0) return 0;
     const double smaller = s.is_wall ? s.radi : std::min(s.radi, s.radj);
     return bedload::contact::stiffness_bearing(
-        heavier.mass * g,
-        std::max(resting_overlap_ * smaller, resolved_overlap(heavier, g, effective_mass(s))));
+        heavier.mass * g, std::max(resting_overlap_ * smaller, resolved_overlap(heavier, g, mass)));
   }
 
   const bedload::contact::ActmCalibration& calibration(const SurfacesIntersectData& s) const {

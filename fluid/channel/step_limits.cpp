@@ -19,6 +19,9 @@ namespace {
 /// its velocity shortens its steps some ten times.
 constexpr double shortest_share = 0x1p-13;
 
+/// Of the longest step of explicit diffusion: stable with every CFL number that convection allows.
+constexpr double always_stable = 0.65;
+
 /// Smallest share that one direction has in the rate of diffusion, 2/h^2 + 1/dy^2.
 double least_weight(const Grid& grid) {
   const double along_y = 1 / (grid.thinnest() * grid.thinnest());
@@ -48,21 +51,19 @@ double StepLimits::step(double fastest) const {
   constexpr double lengths_per_octave = 16.0;
   const double by_convection = fastest > 0.0 ? cfl_ * cell_ / fastest : longest_;
   const double alone = std::min({longest_, by_diffusion_, by_convection});
-  const double wanted = std::min(alone, diffusion_beside(alone * fastest / cell_));
+  const double wanted = stable_beside_convection(alone, alone * fastest / cell_);
   const double n = std::ceil(lengths_per_octave * std::log2(longest_ / wanted) - 1e-9);
   return longest_ * std::exp2(-n / lengths_per_octave);
 }
 
-double StepLimits::diffusion_beside(double cfl) const {
-  if (!convection_ || std::isinf(by_diffusion_)) return by_diffusion_;
-  return by_diffusion_ * stable_share_of_diffusion(cfl, weight_);
+double StepLimits::stable_beside_convection(double dt, double cfl) const {
+  if (!convection_ || dt <= always_stable * by_diffusion_) return dt;
+  return std::min(dt, by_diffusion_ * stable_share_of_diffusion(cfl, weight_));
 }
 
 bool StepLimits::allows(double cfl, double dt) const {
   if (dt < shortest_ || (convection_ && cfl > imaginary_limit)) return false;
-  constexpr double always =
-      0.65;  // of the limit of diffusion: stable up to the limit of convection
-  return follows_cfl_ || dt <= always * by_diffusion_ || dt <= diffusion_beside(cfl);
+  return follows_cfl_ || stable_beside_convection(dt, cfl) == dt;
 }
 
 std::string StepLimits::complaint(std::int64_t step, double time, double dt, double cfl,
@@ -75,7 +76,7 @@ std::string StepLimits::complaint(std::int64_t step, double time, double dt, dou
         file_, step, time, cfl_, dt, dt / longest_, cell[0], cell[1], cell[2]);
   if (cfl <= imaginary_limit) {
     double shorter = dt;
-    while (shorter > diffusion_beside(cfl * shorter / dt)) shorter *= 0.99;
+    while (stable_beside_convection(shorter, cfl * shorter / dt) < shorter) shorter *= 0.99;
     return fmt::format(
         "{}: step {} (t = {:.6g}): convection (CFL number {:.3g} near cell ({}, {}, {})) and "
         "explicit diffusion ({:.0f} % of its longest step) are stable alone, but not together; set "

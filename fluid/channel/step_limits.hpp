@@ -32,8 +32,9 @@ class StepLimits {
                         const std::array<int, 3>& cell) const;
 
  private:
-  /// Longest step of explicit diffusion beside convection at this CFL number [T].
-  double diffusion_beside(double cfl) const;
+  /// dt, or the longest step of explicit diffusion beside convection at this CFL number where that
+  /// is shorter [T].
+  double stable_beside_convection(double dt, double cfl) const;
 
   std::string file_;
   bool follows_cfl_, convection_;

@@ -648,6 +648,8 @@ def test_variables_of_included_scripts_may_be_set():
         scenes.read_variables(scene, "rpm", ["density"])
     with pytest.raises(UserError, match="by --model"):
         scenes.read_variables(scene, "rpm", ["model=actm"])
+    with pytest.raises(UserError, match="chosen by --out"):
+        scenes.read_variables(scene, "rpm", ["out=elsewhere"])
 
 
 def test_a_checkout_that_may_only_be_read_is_not_built(tmp_path, monkeypatch):

@@ -1,9 +1,13 @@
 """Two-point correlations of fields whose correlation is known."""
 
+import argparse
+
 import numpy as np
 import pytest
+from bedload_launcher.errors import UserError
 from bedload_studies import turbulence
 from bedload_studies.turbulence import correlation
+from synthetic import wandering_story, write_run
 
 
 def test_a_wave_correlates_as_a_cosine():
@@ -31,3 +35,12 @@ def test_snapshots_count_by_their_variance(monkeypatch):
     assert count == 2
     assert along_x == pytest.approx(((np.cos(x[:25]) + 9.0 * np.cos(2 * x[:25])) / 10.0)[None], abs=1e-12)
     assert along_z == pytest.approx(np.ones((1, 9)))
+
+
+def test_heights_outside_the_box_are_refused(tmp_path):
+    write_run(tmp_path, wandering_story())
+    for height in ("-1", "99"):
+        parser = argparse.ArgumentParser()
+        turbulence.add_options(parser)
+        with pytest.raises(UserError, match=f"--heights has {height}, but the box"):
+            turbulence.run(parser.parse_args([str(tmp_path), "--heights", height]))

@@ -27,6 +27,8 @@ CASES = {
     "upper held": moving("group upper id 10", "group lower id 9", MOTION.replace("grains", "lower"),
                          "fix still upper nve/noforce"),
     "both held": moving("fix still grains nve/noforce"),
+    "held, in the lid": ((VELOCITY, PLACED.replace(f"y {2.3 - DEPTH} ", "y 2.8 ")),
+                         *moving("fix still grains nve/noforce")[1:]),
 }  # fmt: skip
 
 
@@ -54,4 +56,5 @@ def test_shares_of_the_overlap(overlaps, case, lower, upper):
 
 
 def test_spheres_moved_as_prescribed_are_where_they_are(overlaps):
-    assert np.array_equal(overlaps["both held"], np.zeros((2, 3)))
+    for case in ("both held", "held, in the lid"):
+        assert np.array_equal(overlaps[case], np.zeros((2, 3))), case

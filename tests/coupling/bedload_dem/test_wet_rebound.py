@@ -21,9 +21,8 @@ def runner(tmp_path, monkeypatch):
 
 
 def fit(stokes, density_ratio):
-    """Speed after over before an impact on a wall in experiments, St = rho_p u D/(9 mu); their fit is one of the Stokes
-    number with the added mass."""
-    return sphere_theory.wet_restitution(stokes * (1.0 + 0.5 / density_ratio))
+    """Speed after over before an impact on a wall in experiments, St = rho_p u D/(9 mu)."""
+    return sphere_theory.wet_restitution(validation_rebounds.with_added_mass(stokes, density_ratio))
 
 
 def test_peak_is_the_measured_one_whatever_the_collision_time(runner):
