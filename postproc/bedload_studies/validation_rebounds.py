@@ -289,7 +289,7 @@ def _way_back(gap: np.ndarray, speed: np.ndarray, level: float) -> Bounce:
 
 
 SCATTER = 0.1  # of measured restitutions about the fit
-WITH_ADDED_MASS = "St + u D/(18 nu)"  # axis of the figures: the Stokes number with the added mass in it
+WITH_ADDED_MASS = "St*, the Stokes number with the added mass in it"  # axis of the figures
 
 
 def with_added_mass(stokes: float, density_ratio: float) -> float:
@@ -312,7 +312,7 @@ def wet_restitution(runner: Runner) -> Result:
         f" who saw no rebound below about St = 10; they scatter by {SCATTER:g}. Where the speeds are taken matters:"
         " each row's are those at a gap of D/10. Gondret's own bounce at St = 26 lies 0.1 above it."
     )
-    result.curves.append(fitted_curve(source, 300.0))
+    result.curves.append(fitted_curve(source, 380.0))
     kinds = ((8.0, 10, (10, 20, 30, 50, 100, 200, 300)), (8.0, 15, (30, 100)),
              (2.5, 6, (30, 50, 100)), (2.5, 10, (30, 50, 100, 300)), (2.5, 15, (300,)), (2.5, 20, (300,)),
              (1.25, 6, (30, 50, 100)), (1.25, 10, (30, 50, 100)), (1.25, 20, (30,)))  # fmt: skip
