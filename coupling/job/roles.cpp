@@ -1,5 +1,6 @@
 #include "coupling/job/roles.hpp"
 
+#include <execinfo.h>
 #include <fmt/format.h>
 #include <time.h>
 
@@ -62,6 +63,14 @@ void check_fit(const Announcement& mine, const Announcement& other) {
 constexpr const char* out_of_memory =
     "there is not enough memory (of the machine, or allowed by a limit: ulimit -v, or that of the "
     "batch job); take fewer cells or more machines (./bedload estimate tells what a scene needs).";
+
+/// Open MPI prints the stack of a process that crashes, in the handler of the signal. The first
+/// backtrace() of a process loads a library, which allocates memory: after a crash inside an
+/// allocation it would wait for that one's lock for ever, and the job with it. Here is the first.
+void prepare_stack_trace() {
+  std::array<void*, 1> frames{};
+  ::backtrace(frames.data(), static_cast<int>(frames.size()));
+}
 
 /// Rank in the whole job; 0 before MPI has started.
 int rank_in_job() {
@@ -134,6 +143,7 @@ int run_program(int argc, char** argv, Program program, const Protocol& protocol
   // A file that grows beyond a limit of the user's (ulimit -f) is an error of its write, with a
   // sentence, and not the silent end that the signal is unless told.
   std::signal(SIGXFSZ, SIG_IGN);
+  prepare_stack_trace();
   int status = 0;
   try {
     Job job(&argc, &argv, program, protocol);

@@ -1,6 +1,8 @@
 // Preloaded into one program of a job, this kills it at a chosen moment, as kill -9 or the kernel
-// would: BEDLOAD_KILL="PROGRAM RANK CALL WHAT". CALL is write, rename, remove, send or transform;
-// WHAT is a part of the file's name, or the number of the call for send and transform.
+// would: BEDLOAD_KILL="PROGRAM RANK CALL WHAT". CALL is write, rename, remove, send, transform or
+// allocate; WHAT is a part of the file's name, or the number of the call for send and transform.
+// allocate: the first allocation after that many sends ends as where the heap is found spoilt, by
+// SIGABRT with the lock held, for which any other allocation of the process waits.
 // BEDLOAD_POISON="PROGRAM RANK transform NUMBER" makes the first number of that transform a NaN
 // instead. BEDLOAD_KILLED: a file that is made right before, for the time of the fault.
 #define _GNU_SOURCE
@@ -30,9 +32,13 @@ static const char* wanted(const char* call) {
   return strcmp(name, call) == 0 ? what : NULL;
 }
 
-static void die(void) {
+static void note(void) {
   const char* const mark = getenv("BEDLOAD_KILLED");
   if (mark) creat(mark, 0644);
+}
+
+static void die(void) {
+  note();
   kill(getpid(), SIGKILL);
 }
 
@@ -99,9 +105,11 @@ int remove(const char* path) {
   at_file("remove", path);
   return next(path);
 }
+static long sends = 0;
 int MPI_Isend(const void* buffer, int count, void* type, int to, int tag, void* comm,
               void* request) {
   NEXT(MPI_Isend);
+  ++sends;
   at_count("send", NULL);
   return next(buffer, count, type, to, tag, comm, request);
 }
@@ -114,4 +122,17 @@ void fftw_execute_dft_r2c(const void* plan, double* in, void* out) {
   NEXT(fftw_execute_dft_r2c);
   at_count("transform", in);
   next(plan, in, out);
+}
+
+void* __libc_malloc(size_t size);
+void* malloc(size_t size) {
+  static volatile sig_atomic_t is_locked = 0;
+  while (is_locked) pause();
+  const char* const after = wanted("allocate");
+  if (after && sends >= atol(after)) {
+    note();
+    is_locked = 1;
+    raise(SIGABRT);
+  }
+  return __libc_malloc(size);
 }

@@ -118,6 +118,8 @@ MOMENTS = {
     "oldest checkpoint goes": "bedload-fluid 0 remove checkpoint.old",
     "fields are added to": "bedload-fluid 0 rename fields.xdmf",
     "inside an addition to spheres.h5": "bedload-fluid 0 write spheres.h5",
+    "fluid crashes as it allocates": "bedload-fluid 0 allocate 20",
+    "grains crash as they allocate": "bedload-dem 1 allocate 20",
 }
 
 
