@@ -95,6 +95,7 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
   if (first_rank_) {
     warn(warnings(settings_, numbers));
     warn(warnings(settings_, extremes));
+    if (!simulation_.may_have_spheres()) warn(warnings_without_spheres(settings_));
     fmt::print("{}\n\n{}\n{}\n{}", printable(settings_.title), derived_as_comments(numbers),
                effects_table(effects_), length_hints(settings_.grid.cells));
     fmt::print("{}", size_of_samples());

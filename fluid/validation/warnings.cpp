@@ -205,6 +205,7 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
     no_effect("start.height", "start.from = \"laminar\" or \"logarithmic\"");
   if (s.fringe.rate == 0.0) {
     if (s.fringe.begin != 0.0) no_effect("fringe.begin", "'fringe.rate' above 0");
+    if (s.fringe.end != 0.0) no_effect("fringe.end", "'fringe.rate' above 0");
     if (s.fringe.velocity != 0.0) no_effect("fringe.velocity", "'fringe.rate' above 0");
   }
   warn_of_slope(s, found);
@@ -212,6 +213,11 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
     no_effect("spheres.slip_tolerance", "'spheres.forcing_loops' above 1");
   if (s.spheres.deferred_impulse_share > 0.0 && !s.spheres.interior_term)
     no_effect("spheres.deferred_impulse_share", "'spheres.interior_term' = \"on\"");
+  if (s.statistics.every == 0) {
+    if (s.statistics.from != 0.0) no_effect("statistics.from", "'statistics.every' above 0");
+    if (!s.statistics.spectra_heights.empty())
+      no_effect("statistics.spectra_heights", "'statistics.every' above 0");
+  }
   if (s.statistics.spectra_every != 1 && s.statistics.spectra_heights.empty())
     no_effect("statistics.spectra_every", "'statistics.spectra_heights'");
   warn_of_spectra_between_walls(s, found);
@@ -229,6 +235,22 @@ std::vector<std::string> warnings(const Settings& s, const SphereExtremes& spher
   warn_of_long_diffusion(s, spheres, found);
   if (const auto sentence = thin_layer(spheres)) found.push_back(s.file + ": " + *sentence);
   return found;
+}
+
+std::vector<std::string> warnings_without_spheres(const Settings& s) {
+  const auto is_of_spheres = [](const std::string& key) {
+    return key.starts_with("spheres.") || key.starts_with("coupling.") ||
+           key == "output.spheres_every" || key == "output.fixed_every";
+  };
+  const auto defaults = settings_as_pairs({}), values = settings_as_pairs(s);
+  std::vector<std::string> keys;
+  for (std::size_t n = 0; n < values.size(); ++n)
+    if (is_of_spheres(values[n].first) && values[n].second != defaults[n].second)
+      keys.push_back("'" + values[n].first + "'");
+  if (keys.empty()) return {};
+  return {fmt::format("{}: {} {} set, but {} no effect without spheres.", s.file,
+                      fmt::join(keys, ", "), keys.size() == 1 ? "is" : "are",
+                      keys.size() == 1 ? "has" : "have")};
 }
 
 }  // namespace bedload

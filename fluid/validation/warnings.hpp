@@ -15,6 +15,10 @@ namespace bedload {
 /// in this scene. Printed at the start.
 std::vector<std::string> warnings(const Settings& settings, const DerivedNumbers& numbers);
 
+/// One sentence with the keys that are set for spheres, of a run that can have none. Printed at the
+/// start.
+std::vector<std::string> warnings_without_spheres(const Settings& settings);
+
 /// What is hardest among the mobile spheres of a run.
 struct SphereExtremes {
   static constexpr double none = std::numeric_limits<double>::infinity();

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 from . import job
 from .errors import UserError
 from .trial import Trial, run_trial
-from .words import end_of
+from .words import last_sentence
 
 MANY_CELLS = 3_000_000  # a trial's largest grid: some 240 MB, far outside the caches
 STEPS = 10
@@ -238,7 +238,7 @@ def estimate(
 
 def reason(words: str) -> str:
     """The program's own sentence out of all that a trial has said, without the source line that LIGGGHTS adds."""
-    sentence = end_of(words).split(": ", 1)[-1].removeprefix("ERROR: ") or words.strip().splitlines()[-1]
+    sentence = last_sentence(words).split(": ", 1)[-1].removeprefix("ERROR: ")
     return re.sub(r" \([^()\s]+\.[ch]pp:\d+\)$", "", sentence).rstrip(".")
 
 

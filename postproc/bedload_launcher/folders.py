@@ -101,6 +101,8 @@ class Folder:
         """
         if not is_run(self.out):
             if not holds_only_a_start(self.out):
+                if (self.out / LAUNCH).stat().st_size == 0:  # ours, of a moment ago
+                    (self.out / LAUNCH).unlink()
                 raise UserError(f"{self.out} is not empty and holds no earlier run; name another with --out.")
             return None
         aside = next_previous(self.out)

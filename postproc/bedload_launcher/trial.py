@@ -14,7 +14,7 @@ from typing import Any
 from . import job
 from .errors import UserError
 from .memory import MemoryWatch
-from .words import read_rows
+from .words import last_sentence, read_rows
 
 NOT_A_STEP = ("output", "checkpoints", "rest")  # parts of timing.csv that are no part of the scheme
 
@@ -76,9 +76,9 @@ def run_trial(
             running.wait()
             wall = time.monotonic() - began
         if running.returncode != 0:
-            said = words_file.read_text(encoding="utf-8", errors="replace").strip()
+            said = words_file.read_text(encoding="utf-8", errors="replace")
             raise UserError(
-                f"a trial of {work.scene.name} ended with status {running.returncode}: {said}"
+                f"a trial of {work.scene.name} ended with status {running.returncode}: {last_sentence(said)}"
             )
         text = (out / "settings.toml").read_text(encoding="utf-8")
         settings = tomllib.loads(text)

@@ -26,6 +26,12 @@ def end_of(said: str) -> str:
     return next((line for line in lines if line.split(": ")[1:2] and line.split(": ")[1] not in REMARKS), "")
 
 
+def last_sentence(said: str) -> str:
+    """The same, or else the last line of what was said."""
+    lines = said.strip().splitlines() or ["it said nothing"]
+    return end_of(said) or lines[-1]
+
+
 def plain(text: str) -> str:
     """Without control characters: a name that someone else chose must not command the terminal."""
     return "".join(c if c.isprintable() else "?" for c in text)

@@ -19,7 +19,7 @@ import numpy as np
 from bedload_launcher import job, presets
 from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import Scene, choose_model, find_scene
-from bedload_launcher.words import end_of, say
+from bedload_launcher.words import last_sentence, say
 
 from .earlier_run import EarlierRun
 from .scene_answers import Priced, chosen, interleaved, paired, run_once
@@ -119,8 +119,7 @@ def rows_of(tried: list[Choice], runs: list[Priced | str], name: str, since: flo
     rows = []
     for choice, run in zip(tried, runs, strict=True):
         if not isinstance(run, Priced):
-            said = str(run)
-            sentence = end_of(said) or said.strip().splitlines()[-1]
+            sentence = last_sentence(str(run))
             rows.append(Row(choice.label, math.nan, 0, math.nan, math.nan, math.nan, math.nan, math.nan, sentence))
             continue
         mean = run.answers[name].mean(since)

@@ -27,7 +27,7 @@ from bedload_launcher.errors import UserError
 from bedload_launcher.numbers import positive, whole
 from bedload_launcher.scenes import INPUTS, Scene, choose_model, find_scene
 from bedload_launcher.verdicts import LEAVE_OUT, TOLERANCE
-from bedload_launcher.words import end_of, say
+from bedload_launcher.words import last_sentence, say
 
 from .earlier_run import EarlierRun, add_start_from
 from .scene_answers import Priced, chosen, interleaved, paired, run_once
@@ -188,7 +188,7 @@ def judged(turned_off: bool, change: float, interval: float, time: float, spread
 
 def compare(variant: Variant, run: Priced | str, base: Priced, name: str, since: float) -> Compared:
     if isinstance(run, str):
-        sentence = end_of(run) or run.strip().splitlines()[-1]
+        sentence = last_sentence(run)
         nan = math.nan
         return Compared(variant.effect, variant.state, nan, nan, nan, nan, nan, "open", sentence)
     time_ratio = run.price / base.price
@@ -254,6 +254,8 @@ def run(options: argparse.Namespace) -> int:
         as_it_is = Variant("the scene", "as it is")
         start = once(as_it_is, 1)
         trial = once(as_it_is, 11, start.price)
+        if options.quantity is not None:
+            chosen(trial.answers, options.quantity, 0.0)  # a name that does not exist is found before the long runs
         todo = [as_it_is, *variants(scene, model, trial.settings)]
         most = math.ceil(trial.settings["time"]["end"] / trial.settings["time"]["step"])
         fitting = 3600.0 * options.hours * ranks.fluid / (REPEATS * len(todo) * trial.price / 10)

@@ -1,7 +1,8 @@
 """numbers.json of a kept report. No study of its own."""
 
+import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bedload_launcher.errors import UserError
@@ -20,3 +21,17 @@ def kept_numbers(folder: Path, needed: Sequence[str]) -> dict:
         if not isinstance(kept, dict) or name not in kept:
             raise UserError(f"{file} is of no report of this study: it has no '{name}'.")
     return kept
+
+
+def refuse_others(
+    options: argparse.Namespace, add_options: Callable[[argparse.ArgumentParser], None], taken: Sequence[str]
+) -> None:
+    """Raises UserError where the user gave an option that a report made anew from its numbers does not listen to:
+    another than those `taken`."""
+    parser = argparse.ArgumentParser()
+    add_options(parser)
+    for name, default in vars(parser.parse_args([])).items():
+        if name not in taken and getattr(options, name) != default:
+            option, others = name.replace("_", "-"), " and ".join(f"--{other}" for other in taken)
+            raise UserError(f"--{option} changes nothing in a report made anew from its numbers; with --rewrite "
+                            f"only {others} may be given.")  # fmt: skip

@@ -34,7 +34,7 @@ from bedload_post.outputs import MissingOutput, Run
 
 from . import made_by, turbulence
 from .earlier_run import EarlierRun
-from .kept_numbers import kept_numbers
+from .kept_numbers import kept_numbers, refuse_others
 
 START_UP = 3.0  # flow-throughs L_x/u_b, of a scene that does not say
 PAPER_MODELS = ("rpm", "rpm_hw", "actm", "actm_hw")
@@ -496,6 +496,7 @@ def measured_bed(run: Run, discard: float) -> Bed:
 
 def run(options: argparse.Namespace) -> int:
     if options.rewrite:
+        refuse_others(options, add_options, ["rewrite", "beside"])
         for folder in options.rewrite:
             rewrite_kept(folder, options.beside)
             print(f"bedload: {folder} anew from its numbers", flush=True)

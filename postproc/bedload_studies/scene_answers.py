@@ -20,6 +20,7 @@ import numpy as np
 from bedload_launcher import job
 from bedload_launcher.errors import UserError, unknown
 from bedload_launcher.memory import MemoryWatch
+from bedload_launcher.words import last_sentence
 from bedload_post.batches import Estimate, estimate
 from bedload_post.outputs import MissingOutput, Run
 
@@ -175,8 +176,8 @@ def run_once(work: job.Job, start_seconds: float = 0.0, beginning: EarlierRun | 
             running.wait()
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         if running.returncode != 0:
-            said = (out / "words").read_text(encoding="utf-8", errors="replace").strip()
-            raise UserError(f"{work.scene.name} ended with status {running.returncode}: {said}")
+            said = (out / "words").read_text(encoding="utf-8", errors="replace")
+            raise UserError(f"{work.scene.name} ended with status {running.returncode}: {last_sentence(said)}")
         spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         run = Run(out)
         return Priced(

@@ -16,7 +16,7 @@ import numpy as np
 from bedload_launcher import job
 from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import choose_model, find_scene
-from bedload_launcher.words import end_of, say
+from bedload_launcher.words import last_sentence, say
 
 from .runaway import growing_swing
 from .scene_answers import Priced, Series, run_once
@@ -53,7 +53,7 @@ def largest(found: dict[str, Series], name: str) -> float:
 def complaint(run: Priced | str, base: Priced) -> str:
     """Why a run does not hold; empty where it does."""
     if isinstance(run, str):
-        return end_of(run) or run.strip().splitlines()[-1]
+        return last_sentence(run)
     for name, limit in (("largest grain speed", FASTER), ("flow energy", ENERGY), ("slip_rms", SLIP)):
         mine, theirs = largest(run.answers, name), largest(base.answers, name)
         if not math.isfinite(mine):

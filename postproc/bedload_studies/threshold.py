@@ -26,6 +26,7 @@ from bedload_post.states import RESTING
 from bedload_post.transport import measure
 
 from . import made_by, models
+from .kept_numbers import refuse_others
 from .threshold_report import Experiment, rewrite, write
 
 SHIELDS = (0.01, 0.017, 0.024, 0.033, 0.045, 0.06, 0.085, 0.12)
@@ -202,6 +203,7 @@ def experiment(plan: Plan, options: argparse.Namespace) -> Experiment:
 
 def run(options: argparse.Namespace) -> int:
     if options.rewrite:
+        refuse_others(options, add_options, ["rewrite"])
         rewrite(options.rewrite)
         print(f"bedload: {options.rewrite} anew from its numbers", flush=True)
         return 0

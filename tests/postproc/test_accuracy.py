@@ -6,6 +6,7 @@ import pytest
 from bedload_launcher import cost, job, presets
 from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import find_scene
+from bedload_launcher.words import last_sentence
 from bedload_studies import accuracy, accuracy_cases, accuracy_report
 from bedload_studies.accuracy import CASES, Point, choices, front
 from bedload_studies.accuracy_cases import Case
@@ -54,6 +55,9 @@ def test_a_trial_that_does_not_run_says_why():
     )
     assert cost.reason(words) == "a sphere has 1.6 cells to its radius; at least 2"
     assert cost.reason("a trial ended\nkilled.") == "killed"
+    assert last_sentence(words) == "bedload-fluid: a sphere has 1.6 cells to its radius; at least 2."
+    assert last_sentence("a trial ended\nkilled.\n") == "killed."
+    assert last_sentence("") == "it said nothing"
 
 
 def test_a_choice_that_the_programs_stop_is_a_row(tmp_path, monkeypatch, capsys):

@@ -195,6 +195,12 @@ def test_an_earlier_run_moves_aside_and_nothing_is_removed(tmp_path):
     with pytest.raises(UserError, match="holds no earlier run"):
         claimed(out)
     assert (out / "thesis.tex").exists()
+    foreign = tmp_path / "foreign"
+    foreign.mkdir()
+    (foreign / "thesis.tex").touch()
+    with pytest.raises(UserError, match="holds no earlier run"):
+        claimed(foreign)
+    assert [file.name for file in foreign.iterdir()] == ["thesis.tex"]  # as it was
 
 
 def test_a_start_that_failed_is_taken_over(tmp_path):
@@ -594,6 +600,8 @@ def test_nothing_is_built_for_a_line_that_is_not_understood(monkeypatch):
         (["threshold", "--scene", "exposed_sphere"], "no line 'variable placing index NAME'"),
         (["models", "--rewrite", "FOLDER"], "FOLDER/numbers.json is of no report of this study: it has no 'runs'."),
         (["threshold", "--rewrite", "FOLDER"], "FOLDER/numbers.json is of no report of this study: it has no 'scene'."),
+        (["models", "--rewrite", "FOLDER", "--cells", "6"], "--cells changes nothing in a report made anew"),
+        (["threshold", "--rewrite", "FOLDER", "--report-only"], "--report-only changes nothing in a report made anew"),
     ],
 )  # fmt: skip
 def test_mistakes_of_a_study_get_one_sentence(line, sentence, tmp_path, started, monkeypatch, capsys):

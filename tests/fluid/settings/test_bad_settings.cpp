@@ -276,6 +276,10 @@ TEST(BadSettings, WarningsAreGiven) {
   EXPECT_THAT(spoken({"start.file=flow.h5"}), HasSubstr("'start.file'"));
   EXPECT_THAT(spoken({"start.velocity=1.0"}), HasSubstr("'start.velocity'"));
   EXPECT_THAT(spoken({"fringe.begin=0.5"}), HasSubstr("'fringe.begin'"));
+  EXPECT_THAT(spoken({"fringe.end=0.5"}), HasSubstr("'fringe.end'"));
+  EXPECT_THAT(spoken({"statistics.from=0.5"}), HasSubstr("'statistics.from'"));
+  EXPECT_THAT(spoken({"statistics.spectra_heights=[0.5]"}),
+              HasSubstr("'statistics.spectra_heights'"));
   EXPECT_THAT(spoken({"fluid.gravity=[0.1, -1.0, 0.0]"}),
               HasSubstr("'flow.driving' = \"gravity\""));
   EXPECT_THAT(spoken({"fluid.gravity=[0.0, -1.0, 0.1]"}), HasSubstr("0.1 along z"));
@@ -354,6 +358,21 @@ TEST(BadSettings, LongImplicitStepsOfFreeSpheresAreWarnedOf) {
   EXPECT_EQ(spoken(7.9, 3.0, true), "");
   EXPECT_EQ(spoken(8.1, 3.0, false), "");
   EXPECT_EQ(spoken(0.19, 0.3, true), "");
+}
+
+/// Keys of spheres, told once, in a run that can have none.
+TEST(BadSettings, WarnsOfKeysOfSpheresWithoutSpheres) {
+  const auto spoken = [](std::vector<std::string> more) {
+    std::vector<std::string> lines = good;
+    lines.insert(lines.end(), more.begin(), more.end());
+    return warnings_without_spheres(parse_settings("", "fluid.toml", lines));
+  };
+  EXPECT_THAT(spoken({}), testing::IsEmpty());
+  EXPECT_THAT(spoken({"spheres.retraction=0.1"}),
+              testing::ElementsAre(HasSubstr("'spheres.retraction' is set, but has no effect")));
+  EXPECT_THAT(spoken({"spheres.rigid_core=off", "coupling.dem_steps=30", "output.fixed_every=1"}),
+              testing::ElementsAre(HasSubstr(
+                  "'spheres.rigid_core', 'coupling.dem_steps', 'output.fixed_every' are set")));
 }
 
 /// The scenes that come with the program give none, but for the sphere that rolls down a plane:
