@@ -82,9 +82,9 @@ void FixLubrication::prepare(const LAMMPS_NS::Fix* wall) {
   contact_observers_.add(wall);
   viscosity_ = viscosity_setting_ > 0 ? FluidValue::constant(viscosity_setting_)
                                       : FluidValue::find(lmp, "viscosity", "fluidViscosity");
-  const FluidValue cell_size = FluidValue::find(lmp, "cell_size", "fluidCellSize");
-  fluid_is_there_ = cell_size.live();
-  const double h = cell_size.known() ? cell_size.get() : 0;
+  fluid_cell_ = FluidValue::find(lmp, "cell_size", "fluidCellSize");
+  free_slip_ = find_free_slip(lmp);
+  const double h = fluid_cell_.known() ? fluid_cell_.get() : 0;
   range_ = range_setting_ > 0 ? range_setting_ : default_range * h;
   cell_size_ = law_ == "published" ? 0 : h;
   if (law_ == "unresolved" && h == 0) {
@@ -220,42 +220,54 @@ double FixLubrication::damping_in_collision(const Surfaces& s) const {
     const double w = k < 0 ? 0.0 : inverse_mass(k);
     if (!(w > 0)) continue;
     const double radius = atom->radius[k], added = contact::added_mass(radius, density);
-    const double lasting = contact::lasting_share(1 / w, added, s.effective_radius / radius);
+    // An image comes as fast as its sphere.
+    const double image = s.mirrored ? 2 : 1, closeness = s.effective_radius / radius / image;
+    const double lasting = contact::lasting_share(1 / w, added, closeness);
     const double age =
-        contact::collision_layer_age(nu, s.collision_time, cell_size_, s.speed, lasting);
+        contact::collision_layer_age(nu, s.collision_time, cell_size_, image * s.speed, lasting);
     share += mass * w * contact::viscous_share(radius, 1 / w, added, density, nu, age);
   }
   return contact::collision_damping(mass, s.collision_time, share);
 }
 
-/// Whether the fluid's grid has surface j, which is there beside a script's own statement of its
-/// cells: all spheres, and of the walls those where its box ends.
-bool FixLubrication::fluid_knows(const Surfaces& s) const {
-  if (s.j >= 0 || !fluid_is_there_) return true;
+/// What the fluid's box has at the foot of a wall's normal.
+FixLubrication::End FixLubrication::end_at(const Surfaces& s) const {
   constexpr double nearby = 0.5;  // cells
   for (int d = 0; d < 3; ++d) {
     const double foot = atom->x[s.i][d] - (atom->radius[s.i] + s.gap) * s.normal[d];
-    const double end = s.normal[d] > 0 ? domain->boxlo[d] : domain->boxhi[d];
+    const bool lower = s.normal[d] > 0;
+    const double end = lower ? domain->boxlo[d] : domain->boxhi[d];
     if (domain->periodicity[d] == 0 && std::abs(s.normal[d]) > 0.5 &&
-        std::abs(foot - end) < nearby * cell_size_)
-      return true;
+        std::abs(foot - end) < nearby * fluid_cell_.get())
+      return free_slip_[static_cast<std::size_t>(2 * d + (lower ? 0 : 1))] != 0 ? End::free_slip
+                                                                                : End::no_slip;
   }
-  return false;
+  return End::none;
+}
+
+/// Whether the fluid's grid has surface j, which is there beside a script's own statement of its
+/// cells: all spheres, and of the walls those where its box ends.
+bool FixLubrication::fluid_knows(const Surfaces& s) const {
+  return s.j >= 0 || !fluid_cell_.live() || end_at(s) != End::none;
 }
 
 /// c of this step [kg/s]; may be below 0 in a collision.
 double FixLubrication::coefficient(const Surfaces& s, double opening) const {
-  const double way = std::abs(opening) * update->dt;
-  double per_gap = contact::mean_inverse_gap(s.gap, way, smallest_gap_ * s.smaller_radius);
+  // An image is twice as far away as the plane of the mirror, and comes from there twice as fast.
+  const double image = s.mirrored ? 2 : 1, gap = image * s.gap;
+  const double way = image * std::abs(opening) * update->dt;
+  double per_gap = contact::mean_inverse_gap(gap, way, smallest_gap_ * s.smaller_radius);
   if (cell_size_ > 0) {
     const double part = touching(s, opening);
     if (fluid_knows(s)) {
-      const auto& share = s.j < 0 ? contact::unresolved_at_wall : contact::unresolved_of_pair;
-      per_gap *= share(std::max(0.0, s.gap) / cell_size_);
+      const bool wall = s.j < 0 && !s.mirrored;
+      const auto& share = wall ? contact::unresolved_at_wall : contact::unresolved_of_pair;
+      per_gap *= share(std::max(0.0, gap) / cell_size_);
       if (s.colliding) per_gap -= (1 - s.weight) * part * contact::resolved_at_touch / cell_size_;
     }
     if (s.enduring) per_gap += part / (smallest_gap_ * s.smaller_radius);
   }
+  if (s.mirrored) per_gap *= contact::mirrored_share;
   double c = per_gap * contact::lubrication_strength(viscosity_.get(), s.effective_radius);
   if (s.weight > 0) c += s.weight * touching(s, opening) * damping_in_collision(s);
   return c;
@@ -269,6 +281,7 @@ double FixLubrication::share_of_load(const Surfaces& s) const {
 
 void FixLubrication::add(const Surfaces& met) {
   Surfaces s = met;
+  s.mirrored = s.j < 0 && fluid_cell_.live() && end_at(s) == End::free_slip;
   if (s.weight > 0) s.weight *= share_of_load(s);
   const auto outside = [&](int k) { return (atom->mask[k] & groupbit) == 0; };
   if (outside(s.i) || (s.j >= 0 && outside(s.j))) return;
@@ -294,16 +307,18 @@ void FixLubrication::add(const Surfaces& met) {
 /// the smallest gap.
 void FixLubrication::add_tangential(const Surfaces& s) {
   if (s.gap <= 0 && !s.enduring) return;
-  const bool wall = s.j < 0;
-  const double gap = std::max(s.gap, smallest_gap_ * s.smaller_radius);
+  const bool wall = s.j < 0 && !s.mirrored;
+  const double apart = s.mirrored ? 2 * s.gap : s.gap;
+  const double gap = std::max(apart, smallest_gap_ * s.smaller_radius);
   const contact::SlideAndRoll logarithms = contact::unresolved_logarithms(
       wall ? contact::tangential_unresolved_at_wall : contact::tangential_unresolved_of_pair,
       gap / cell_size_);
-  Tangential t{s.i, s.j, {s.normal[0], s.normal[1], s.normal[2]}, {0, 0, 0}, {}};
+  Tangential t{s.i, s.j, {s.normal[0], s.normal[1], s.normal[2]}, {0, 0, 0}, {}, s.mirrored};
   if (s.wall_velocity != nullptr) std::copy_n(s.wall_velocity, 3, t.wall_velocity.begin());
   const double mu = viscosity_.get(), a = atom->radius[s.i];
-  t.film = wall ? contact::tangential_film_at_wall(mu, a, s.gap, logarithms)
-                : contact::tangential_film_of_pair(mu, a, atom->radius[s.j], s.gap, logarithms);
+  t.film = wall ? contact::tangential_film_at_wall(mu, a, apart, logarithms)
+                : contact::tangential_film_of_pair(mu, a, s.mirrored ? a : atom->radius[s.j], apart,
+                                                   logarithms);
   tangential_.push_back(t);
 }
 
@@ -413,10 +428,13 @@ void FixLubrication::apply_tangential() {
   };
   for (const Tangential& t : tangential_) {
     const bool wall = t.j < 0;
-    const Vector vi = vector(atom->v[t.i]), vj = wall ? t.wall_velocity : vector(atom->v[t.j]);
+    const Vector vi = vector(atom->v[t.i]), spin = vector(atom->omega[t.i]);
+    const Vector vj = t.mirrored ? vi : wall ? t.wall_velocity : vector(atom->v[t.j]);
+    const Vector other_spin = t.mirrored ? Vector{-spin[0], -spin[1], -spin[2]}  // across n
+                              : wall     ? Vector{}
+                                         : vector(atom->omega[t.j]);
     const contact::TangentialLoads loads = contact::tangential_loads(
-        t.film, t.normal, {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]}, vector(atom->omega[t.i]),
-        wall ? Vector{} : vector(atom->omega[t.j]));
+        t.film, t.normal, {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]}, spin, other_spin);
     const double share =
         contact::tangential_step_share(std::max(rates_[t.i], wall ? 0.0 : rates_[t.j]), update->dt);
     push(t.i, share, loads.force, share, loads.torque_i);

@@ -83,6 +83,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
     double speed = 0;           ///< at the touch [m/s]
     double load = 0;            ///< load_acceleration when it began [m/s²]
     double collision_time = 0;  ///< T_c [s]
+    bool mirrored = false;      ///< the wall is a free-slip end of the fluid's box
   };
   void add(const Surfaces& s);
 
@@ -122,7 +123,10 @@ class FixLubrication : public LAMMPS_NS::Fix {
     int i, j;
     Vector normal, wall_velocity;
     contact::TangentialFilm film;
+    bool mirrored;  // j is the image of i
   };
+  /// What the fluid's box has where a wall of the script stands.
+  enum class End { none, no_slip, free_slip };
 
   /// In applied_: in how many collisions a sphere was that bear its load.
   int borne_column() const { return tangential_on_ ? 7 : 4; }
@@ -142,6 +146,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   void tell_range() const;
   void forget();
   double touching(const Surfaces& s, double opening) const;
+  End end_at(const Surfaces& s) const;
   bool fluid_knows(const Surfaces& s) const;
   double coefficient(const Surfaces& s, double opening) const;
   double damping_in_collision(const Surfaces& s) const;
@@ -157,8 +162,9 @@ class FixLubrication : public LAMMPS_NS::Fix {
   double viscosity_setting_ = 0, range_setting_ = 0, smallest_gap_setting_ = 0;
   double smallest_gap_ = 0;  // radii
   double viscosity_now_ = 0, range_ = 0;
-  double cell_size_ = 0;         // of the grid that resolves a part of the films; 0: none does
-  bool fluid_is_there_ = false;  // its box ends where LIGGGHTS' does
+  double cell_size_ = 0;   // of the grid that resolves a part of the films; 0: none does
+  FluidValue fluid_cell_;  // live: there is a fluid, whose box ends where LIGGGHTS' does
+  std::span<const double> free_slip_;  // of the ends of its box
   FluidValue viscosity_;
   Mobility mobility_;
   ContactObservers contact_observers_;

@@ -67,6 +67,11 @@ FluidValue find_viscosity(LAMMPS_NS::LAMMPS* lmp) {
   return of_fix == nullptr ? v : FluidValue::constant(*of_fix);
 }
 
+std::span<const double> find_free_slip(LAMMPS_NS::LAMMPS* lmp) {
+  const double* ends = extract(lmp, "couple/fluid", "free_slip");
+  return ends == nullptr ? std::span<const double>{} : std::span<const double>(ends, 6);
+}
+
 double find_fluid_density(LAMMPS_NS::LAMMPS* lmp) {
   const FluidValue v = FluidValue::find(lmp, "fluid_density", "fluidDensity");
   return v.known() ? v.get() : 0.0;

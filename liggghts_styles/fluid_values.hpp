@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string_view>
 
 namespace LAMMPS_NS {
@@ -39,6 +40,10 @@ FluidValue require_fluid_time_step(LAMMPS_NS::LAMMPS* lmp, std::string_view styl
 /// Dynamic viscosity [Pa s], from the coupling, the property fluidViscosity or a fix lubrication;
 /// may be unknown (a dry scene).
 FluidValue find_viscosity(LAMMPS_NS::LAMMPS* lmp);
+
+/// For the lower and the upper end of x, of y and of z: 1 where it is a free-slip wall of the
+/// fluid, else 0. Empty without a fix couple/fluid.
+std::span<const double> find_free_slip(LAMMPS_NS::LAMMPS* lmp);
 
 /// Density of the fluid [kg/m³], from the coupling or the property fluidDensity; 0 if unknown.
 double find_fluid_density(LAMMPS_NS::LAMMPS* lmp);

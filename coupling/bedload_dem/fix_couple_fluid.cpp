@@ -105,6 +105,7 @@ FixCoupleFluid::FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp_, int narg, char** arg)
   viscosity_ = fluid.density * fluid.kinematic_viscosity;
   fluid_density_ = fluid.density;
   cell_size_ = fluid.cell_size;
+  std::copy(fluid.free_slip.begin(), fluid.free_slip.end(), free_slip_.begin());
 }
 
 void FixCoupleFluid::post_create() {
@@ -162,6 +163,10 @@ void* FixCoupleFluid::extract(const char* name, int& dim) {
   if (wanted == "fluid_density") return &fluid_density_;
   if (wanted == "cell_size") return &cell_size_;
   if (wanted == "loads_received") return &loads_received_;
+  if (wanted == "free_slip") {  // as many numbers as the box has ends
+    dim = 1;
+    return free_slip_.data();
+  }
   if (wanted == "goes_on" && side_->restart_step() >= 0) return &dt_fluid_;
   return nullptr;
 }

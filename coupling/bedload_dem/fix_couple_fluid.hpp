@@ -125,6 +125,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   bool tags_noted_ = false;
   std::int64_t collisions_ = -1;
   double dt_fluid_ = 0.0, viscosity_ = 0.0, fluid_density_ = 0.0, cell_size_ = 0.0;
+  std::array<double, 6> free_slip_{};  ///< 1 where an end of the box is: of x, y, z, lower, upper
   double loads_received_ = 0.0;  // how often; fix lubrication sends loads to ghosts when it changes
 };
 

@@ -48,6 +48,9 @@ FluidSceneInfo scene_info_of(const Settings& s, const Resumption* from) {
   scene_info.length = s.grid.length;
   const auto periodic = [](const auto& ends) { return ends[0] == Wall::periodic ? 1 : 0; };
   scene_info.periodic = {periodic(s.boundary.x), periodic(s.boundary.y), periodic(s.boundary.z)};
+  const std::array ends{s.boundary.x, s.boundary.y, s.boundary.z};
+  for (std::size_t end = 0; end < 6; ++end)
+    scene_info.free_slip[end] = ends[end / 2][end % 2] == Wall::free_slip ? 1 : 0;
   scene_info.dem_steps =
       DemSteps::of(s.coupling.exchange == Exchange::stage, s.coupling.dem_steps).in_stage;
   scene_info.gravity = s.fluid.gravity;

@@ -16,7 +16,7 @@
 namespace bedload {
 
 /// Raised whenever a record below, or who sends it when, changes.
-inline constexpr std::int32_t protocol_number = 11;
+inline constexpr std::int32_t protocol_number = 12;
 
 using Triple = std::array<double, 3>;
 using Bytes = std::vector<std::byte>;
@@ -72,6 +72,7 @@ struct FluidSceneInfo {
   Triple length;  ///< box from the origin [L]
   std::array<std::int32_t, 3> periodic;
   std::array<std::int32_t, 3> dem_steps;  ///< stages.hpp
+  std::array<std::int32_t, 6> free_slip;  ///< lower and upper end of x, of y, of z
   Triple gravity;                         ///< [L/T^2]
   double density;                         ///< [M/L^3]
   double kinematic_viscosity;             ///< [L^2/T]

@@ -49,6 +49,13 @@ inline constexpr UnresolvedShare unresolved_of_pair{2.6, 3.1};
 /// G: of walls and pairs, while the surfaces touch.
 inline constexpr double resolved_at_touch = 2.65;
 
+/// A free-slip wall is the plane of symmetry between a sphere and its image, with R_eff = R/2 at
+/// twice the gap, which opens at 2 g_n:
+///     c = 6 π μ (R/2)² 2 [...](2 ζ) = 1/2 6 π μ R² [...](2 ζ),
+/// [...] what stands behind R_eff² above, of a pair. A quarter of a no-slip wall's film, so, where
+/// the grid resolves none.
+inline constexpr double mirrored_share = 0.5;
+
 /// Mean of 1/max(ζ, ζ_min) over the way that the gap makes in a step, from ζ - w/2 to ζ + w/2, of
 /// which what is below 0 counts nothing: film impulses add up over steps to the exact logarithm of
 /// the gaps, wherever between two steps the surfaces touch. [1/m]
