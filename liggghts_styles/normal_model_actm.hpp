@@ -387,9 +387,15 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     return gravity_.size_on(p.groups) * std::abs(1 - fluid_density_ / p.density);
   }
 
+  /// Of equally heavy ones the smaller, then that with the lower tag: the same one wherever the
+  /// pair is met, as i and j or as j and i (across ranks or periodic ends both happen).
   Partner heavier_partner(const SurfacesIntersectData& s) const {
+    const auto is_heavier = [&] {
+      if (s.mi != s.mj) return s.mi > s.mj;
+      return s.radi != s.radj ? s.radi < s.radj : atom->tag[s.i] < atom->tag[s.j];
+    };
     const bool first = s.is_wall || mobility_.held(atom->mask[s.j]) ||
-                       (!mobility_.held(atom->mask[s.i]) && s.mi >= s.mj);
+                       (!mobility_.held(atom->mask[s.i]) && is_heavier());
     const double mass = first ? s.mi : s.mj;
     const double radius = first ? s.radi : s.radj;
     return {mass, radius, mass / (4.0 / 3.0 * std::numbers::pi * radius * radius * radius),

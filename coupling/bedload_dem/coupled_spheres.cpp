@@ -14,8 +14,8 @@
 
 namespace bedload {
 
-std::vector<StateRecord> CoupledSpheres::states(bool with_fixed,
-                                                const double* const* overlaps) const {
+std::vector<StateRecord> CoupledSpheres::states(bool with_fixed, const double* const* overlaps,
+                                                const std::function<bool(int)>& is_new) const {
   const LAMMPS_NS::Atom& atom = *lmp_->atom;
   std::vector<StateRecord> records;
   for (int i = 0; i < atom.nlocal; ++i) {
@@ -25,7 +25,8 @@ std::vector<StateRecord> CoupledSpheres::states(bool with_fixed,
     lmp_->domain->remap(position.data());
     records.push_back({atom.tag[i], position, triple(atom.v[i]), triple(atom.omega[i]),
                        atom.radius[i], mobile ? atom.density[i] : 0.0, mobile ? 1 : 0,
-                       mobile && overlaps != nullptr ? triple(overlaps[i]) : Triple{}});
+                       mobile && overlaps != nullptr ? triple(overlaps[i]) : Triple{},
+                       mobile && is_new && is_new(i) ? 1 : 0});
   }
   return records;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "coupling/exchange/message.hpp"
@@ -30,7 +31,9 @@ class CoupledSpheres {
   /// This rank's mobile spheres as the fluid is told of them, and its fixed ones where these are
   /// asked for.
   /// @param overlaps of this rank's atoms (StateRecord); none: nothing overlaps
-  std::vector<StateRecord> states(bool with_fixed, const double* const* overlaps = nullptr) const;
+  /// @param is_new of an atom's index here; none: no sphere is
+  std::vector<StateRecord> states(bool with_fixed, const double* const* overlaps = nullptr,
+                                  const std::function<bool(int)>& is_new = {}) const;
   /// A number that differs when the fixed spheres do (number, place, speed, size); the same on any
   /// ranks and in any order. Collective.
   std::uint64_t fingerprint_of_fixed() const;

@@ -384,9 +384,12 @@ void FixCoupleFluid::send_motion(bool changes_follow) {
   done_.collisions = collisions_;
   done_.ended = clock_seconds();
   try {
-    note_tags();
     note_overlaps();
-    side_->send_motion(done_, spheres_.states(false, overlap_->array_atom));
+    // A script may have deleted a sphere and made another one, which has the free number.
+    const auto is_new = [this](int i) { return told_tag(i) != atom->tag[i]; };
+    const std::vector<StateRecord> states = spheres_.states(false, overlap_->array_atom, is_new);
+    note_tags();
+    side_->send_motion(done_, states);
   } catch (const UserError& error) {
     end_job(Program::dem, comm->me, fmt::format("fix couple/fluid: {}", error.what()));
   }

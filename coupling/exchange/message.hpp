@@ -30,7 +30,8 @@ struct StateRecord {
   double radius;
   double density;
   std::int64_t mobile;
-  Triple overlap;  ///< SphereState::overlap
+  Triple overlap;       ///< SphereState::overlap
+  std::int64_t is_new;  ///< SphereState::is_new
 };
 
 /// Force and torque on one sphere on the wire, fluid -> LIGGGHTS.
@@ -169,8 +170,8 @@ inline Triple triple(const double* v) { return {v[0], v[1], v[2]}; }
 inline Vec3 vec3(const Triple& t) { return {t[0], t[1], t[2]}; }
 
 inline SphereState sphere_state(const StateRecord& r) {
-  return {r.tag,    vec3(r.position), vec3(r.velocity), vec3(r.spin),
-          r.radius, r.mobile != 0,    r.density,        vec3(r.overlap)};
+  return {r.tag,         vec3(r.position), vec3(r.velocity), vec3(r.spin), r.radius,
+          r.mobile != 0, r.density,        vec3(r.overlap),  r.is_new != 0};
 }
 /// Radius around its centre within which the fluid may look for a sphere [L].
 inline double reach_of(const StateRecord& r) { return r.radius + vec3(r.overlap).norm(); }

@@ -21,6 +21,7 @@ struct SphereState {
   /// its steps resolve it, and the overlap with it; the fluid sees the sphere at
   /// position - overlap, where it only touches.
   Vec3 overlap = Vec3::Zero();
+  bool is_new = false;  ///< whatever is known of another one with this tag is not of this sphere
 };
 
 /// What the fluid does to one sphere during one Runge-Kutta stage.

@@ -17,16 +17,19 @@ constexpr int found_numbers_message = 24, all_numbers_message = 25;  // message 
 
 }  // namespace
 
-/// What is kept of the markers of the spheres that stay, by tag, goes over to `now`.
+/// What is kept of the markers of the spheres that stay, by tag, goes over to `now`: volumes of
+/// those of the same size, forces where they are still in their place, too.
 template <class Real>
 void ImmersedBoundary<Real>::keep_by_marker(std::vector<Mobile>& now) {
   auto old = mobile_.begin();
   for (Mobile& sphere : now) {
     while (old != mobile_.end() && old->state.tag < sphere.state.tag) ++old;
     if (old == mobile_.end()) break;
-    if (old->state.tag != sphere.state.tag || old->state.radius != sphere.state.radius) continue;
+    if (old->state.tag != sphere.state.tag || sphere.state.is_new ||
+        old->state.radius != sphere.state.radius)
+      continue;
     sphere.volumes = std::move(old->volumes);
-    sphere.kept_forces = std::move(old->kept_forces);
+    if (goes_on(old->state, sphere.state)) sphere.kept_forces = std::move(old->kept_forces);
   }
 }
 

@@ -152,7 +152,7 @@ bool ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
   hand_over_memories(now);
   const bool stay = std::equal(
       now.begin(), now.end(), mobile_.begin(), mobile_.end(), [](const Mobile& a, const Mobile& b) {
-        return a.state.tag == b.state.tag && a.state.radius == b.state.radius &&
+        return a.state.tag == b.state.tag && !a.state.is_new && a.state.radius == b.state.radius &&
                a.state.position == b.state.position;
       });
   keep_by_marker(now);

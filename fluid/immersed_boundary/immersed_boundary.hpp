@@ -198,6 +198,7 @@ class ImmersedBoundary {
   enum class Change : int { none, place, weigh };
   bool set_mobile(std::span<const SphereState> all);
   Change most_of_all(Change here);
+  bool goes_on(const SphereState& before, const SphereState& now) const;
   void hand_over_memories(std::vector<Mobile>& now) const;
   void keep_by_marker(std::vector<Mobile>& now);
   void find_partners();

@@ -3,6 +3,7 @@
 #include <cstring>
 #include <numbers>
 #include <type_traits>
+#include <utility>
 
 #include "fluid/immersed_boundary/deferred_share.hpp"
 #include "fluid/immersed_boundary/excess_spin.hpp"
@@ -34,24 +35,40 @@ SphereMemory read_memory(const double* numbers) {
   return memory;
 }
 
+/// The fluid that a sphere takes in, or leaves, as its radius grows by `growth`, moves with it:
+/// what it has for that is no impulse.
+SphereMemory resized(SphereMemory memory, double growth) {
+  memory.forced.linear *= std::pow(growth, 3);
+  memory.forced.angular *= std::pow(growth, 5);
+  return memory;
+}
+
 }  // namespace
 
-/// Brings the memory of each sphere that stays to the rank that holds its centre now. Both ranks
-/// know of it when each of them was, and is, near the sphere; one that has jumped further starts
-/// afresh.
+/// Whether `now` is the same sphere as `before`, no further than it can go from one forcing to the
+/// next: of one that a script has put elsewhere nothing that was known holds there.
+template <class Real>
+bool ImmersedBoundary<Real>::goes_on(const SphereState& before, const SphereState& now) const {
+  constexpr double furthest = 2.0;  // cells; a stable step is shorter than 1.8
+  return before.tag == now.tag && !now.is_new &&
+         shortest_way(grid_, before.position, now.position).norm() <= furthest * grid_.h;
+}
+
+/// Brings the memory of each sphere that goes on to the rank that holds its centre now, which was
+/// near it before.
 template <class Real>
 void ImmersedBoundary<Real>::hand_over_memories(std::vector<Mobile>& now) const {
   const int me = decomposition_.rank();
   std::map<int, std::vector<double>> leaving, coming;
-  std::map<int, std::vector<std::size_t>> receivers;
+  std::map<int, std::vector<std::pair<std::size_t, double>>> receivers;  // and the radius of before
   std::size_t n = 0;
   for (const Mobile& old : mobile_) {
     while (n < now.size() && now[n].state.tag < old.state.tag) ++n;
     if (n == now.size()) break;
     Mobile& same = now[n];
-    if (same.state.tag != old.state.tag) continue;
+    if (!goes_on(old.state, same.state)) continue;
     if (old.home == same.home) {
-      same.memory = old.memory;
+      same.memory = resized(old.memory, same.state.radius / old.state.radius);
       continue;
     }
     if (!blocks_.is_near(same.home, old.state.position, old.state.radius) ||
@@ -59,14 +76,17 @@ void ImmersedBoundary<Real>::hand_over_memories(std::vector<Mobile>& now) const 
       continue;
     if (old.home == me) append_memory(old.memory, leaving[same.home]);
     if (same.home == me) {
-      receivers[old.home].push_back(n);
+      receivers[old.home].emplace_back(n, old.state.radius);
       coming[old.home].resize(receivers[old.home].size() * memory_numbers);
     }
   }
   exchange_numbers(decomposition_.comm(), memory_message, leaving, coming);
   for (const auto& [rank, spheres] : receivers)
-    for (std::size_t m = 0; m < spheres.size(); ++m)
-      now[spheres[m]].memory = read_memory(coming[rank].data() + m * memory_numbers);
+    for (std::size_t m = 0; m < spheres.size(); ++m) {
+      const auto [sphere, radius] = spheres[m];
+      now[sphere].memory = resized(read_memory(coming[rank].data() + m * memory_numbers),
+                                   now[sphere].state.radius / radius);
+    }
 }
 
 template <class Real>
@@ -212,6 +232,8 @@ std::vector<SphereAccount> ImmersedBoundary<Real>::accounts() const {
   return accounts;
 }
 
+template bool ImmersedBoundary<float>::goes_on(const SphereState&, const SphereState&) const;
+template bool ImmersedBoundary<double>::goes_on(const SphereState&, const SphereState&) const;
 template void ImmersedBoundary<float>::hand_over_memories(std::vector<Mobile>&) const;
 template void ImmersedBoundary<float>::find_partners();
 template void ImmersedBoundary<float>::share_excess_spins();

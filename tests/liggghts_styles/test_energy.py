@@ -146,3 +146,24 @@ def test_a_pair_that_meets_again_remembers_nothing(tmp_path):
     assert list(table["tag_j"]) == [2, -1, 2], "pair, wall, pair"
     for found, wanted in ((ends[0].v, ends[1].v), (ends[0].spin, ends[1].spin)):
         assert found == pytest.approx(wanted, abs=1e-9 * np.max(np.abs(wanted)))
+
+
+@pytest.mark.parametrize("place", [0.0, 0.1], ids=["in the box", "across its periodic end"])
+def test_equal_masses_of_unequal_size(tmp_path, place):
+    """A slow contact takes its stiffness from the heavier partner. Of two that weigh the same, to the last bit, it is
+    the same one on either side of a periodic end; where each side took its own, momentum grew to 3.6 times m u."""
+    u = 2e-3
+    large = Sphere((place - 0.005, 0.0, 0.0), (u, 0.0, 0.0), diameter=D, density=1000.0)
+    small = Sphere((place + 0.0026, 0.0, 0.0), (-u, 0.0, 0.0), diameter=D / 2, density=8000.0)
+    if place > 0:
+        small.position = (small.position[0] - 0.2, 0.0, 0.0)
+    scene = Scene(
+        [large, small], boundary="p p p", contact="model actm tangential off",
+        properties=["fix m4 all property/global fluidDensity scalar 1000",
+                    "fix m5 all property/global fluidViscosity scalar 1e-3"],
+        lines=["fix weight all gravity 9.81 vector 0 -1 0"],
+    )  # fmt: skip
+    end = scene.run(tmp_path, 2000)
+    assert end.v[0, 0] < 0 < end.v[1, 0]  # they came off each other
+    assert end.v[0, 0] + end.v[1, 0] == pytest.approx(0.0, abs=1e-9 * u)
+    assert np.all(np.abs(end.v[:, 0]) < u)
