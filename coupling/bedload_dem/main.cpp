@@ -1,13 +1,17 @@
 // bedload-dem: LIGGGHTS with our styles. Beside bedload-fluid in one MPI job it moves the grains in
 // the fluid; alone it is plain LIGGGHTS for any script.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "coupling/bedload_dem/attach.hpp"
@@ -18,6 +22,7 @@
 #include "coupling/job/peer_failure.hpp"
 #include "coupling/job/roles.hpp"
 #include "coupling/job/signals.hpp"
+#include "coupling/version.hpp"
 #include "fluid/checkpoint/checkpoint_store.hpp"
 #include "fluid/files/collectively.hpp"
 #include "fluid/settings/errors.hpp"
@@ -93,14 +98,16 @@ constexpr const char* help =
     "  mpirun -np N bedload-fluid fluid.toml : -np M bedload-dem -in in.liggghts -var model actm\n"
     "\n"
     "  --help-styles   every keyword of our styles\n"
+    "  --version       the version\n"
     "  -help           LIGGGHTS' own options and styles\n";
 
 /// Whether only help was wanted, which is printed then.
 bool print_help(const Job& job, int argc, char** argv) {
   if (!job.alone()) return false;
   for (const std::string_view word : std::span(argv + 1, argv + argc)) {
-    if (word != "--help" && word != "--help-styles") continue;
+    if (word != "--help" && word != "--help-styles" && word != "--version") continue;
     std::string text = word == "--help" ? help : "";
+    if (word == "--version") text = fmt::format("bedload-dem {}\n", version);
     if (word == "--help-styles")
       for (const auto& group : {styles(), coupling_styles()})
         for (const StyleHelp& style : group) text += describe_style(style);
@@ -124,7 +131,24 @@ void take_variables(const Job& job, DemSide& side, std::vector<std::string>& wor
       words.insert(words.end(), more.begin(), more.end());
       script = read_run_script(words);
     });
+  if (job.rank() == 0)
+    for (const std::string& sentence : unused_variables(script))
+      fmt::print(stderr, "bedload-dem: WARNING: {}.\n", sentence);
   side.set_script(std::move(script));
+}
+
+/// Mistakes that LIGGGHTS answers without naming the word.
+void check_words(const std::vector<std::string>& words) {
+  if (words.size() > 1 && !words[1].starts_with("-"))
+    throw UserError(fmt::format("'{0}' is no option; the script is given by -in {0}", words[1]));
+  for (std::size_t n = 1; n < words.size(); ++n) {
+    if (words[n] != "-in" && words[n] != "-i") continue;
+    std::error_code error;
+    if (n + 1 == words.size() || words[n + 1].starts_with("-"))
+      throw UserError("-in says no script: -in in.liggghts");
+    if (!std::filesystem::exists(words[n + 1], error))
+      throw UserError(fmt::format("the script '{}' is not there", words[n + 1]));
+  }
 }
 
 int run_script(Job& job, int argc, char** argv) {
@@ -148,6 +172,7 @@ int run_script(Job& job, int argc, char** argv) {
     std::string inputs = inputs_folder();
     const std::vector<char*> given = with_inputs(argc, argv, inputs);
     std::vector<std::string> texts(given.begin(), given.end() - 1);
+    check_words(texts);
     if (!job.alone()) take_variables(job, side, texts);
     std::vector<char*> words;
     words.reserve(texts.size() + 1);

@@ -193,6 +193,12 @@ int simulate(Job& job, const FluidOptions& options, const Settings& settings, Fl
     start_from_state(simulation.channel());
   const std::int64_t most = options.steps;
   std::int64_t left = count_steps(simulation.channel(), most);
+  if (from && left == 0 && most != 0 && job.rank() == 0)
+    fmt::print(
+        stderr,
+        "bedload-fluid: NOTE: the checkpoint is at t = {:.6g}, and 'time.end' is {}: nothing "
+        "is left to do; for a longer run --set time.end=...\n",
+        simulation.channel().time(), settings.time.end);
   // With a step that follows the flow the end is known in advance only by its time.
   const bool countable = settings.time.cfl == 0.0 || most >= 0;
   std::optional<LoadGroup> kept;
@@ -238,7 +244,14 @@ int run(Job& job, int argc, char** argv) {
   }
   if (!options->compact.empty()) {
     if (!job.alone()) throw UserError("--compact-state is for bedload-fluid alone.");
-    write_compact_state(options->compact[0], options->compact[1], job.own());
+    const std::string& target = options->compact[1];
+    on_first_rank(job.own(), [&] {
+      std::error_code error;
+      if (std::filesystem::exists(target, error))
+        throw UserError(
+            fmt::format("--compact-state: {} is there already; name another file.", target));
+    });
+    write_compact_state(options->compact[0], target, job.own());
     return 0;
   }
   listen_to_signals();
@@ -255,6 +268,10 @@ int run(Job& job, int argc, char** argv) {
   validate(settings);
   check_memory(settings, job);
   if (job.alone()) check_partner(settings, *options);
+  if (!job.alone() && options->without_grains)
+    throw UserError(
+        "--without-grains asks for the flow alone, but bedload-dem is in the job; leave out one of "
+        "them.");
   if (from) {
     check_scene(*from, settings);
     if (job.rank() == 0)

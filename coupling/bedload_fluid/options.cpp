@@ -3,15 +3,19 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "coupling/version.hpp"
 #include "fluid/checkpoint/checkpoint_store.hpp"
 #include "fluid/settings/errors.hpp"
+#include "fluid/settings/nearest_name.hpp"
 #include "fluid/settings/settings.hpp"
 
 namespace bedload {
@@ -36,6 +40,38 @@ std::string count_error(const std::string& word) {
   const auto [stop, error] = std::from_chars(word.data(), end, number);
   if (error == std::errc() && stop == end && number >= 0) return {};
   return fmt::format("is {}, but must be a whole number, at least 0", word);
+}
+
+/// Throws for the first word that is no option, with the nearest one.
+void check_words(const CLI::App& app) {
+  const std::vector<std::string> more = app.remaining();
+  if (more.empty()) return;
+  std::set<std::string> known;
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& name : option->get_lnames()) known.insert("--" + name);
+  const auto option = std::find_if(more.begin(), more.end(),
+                                   [](const std::string& word) { return word.starts_with("-"); });
+  if (option == more.end())
+    throw UserError(fmt::format(
+        "'{}' is one word too many: one fluid.toml (bedload-fluid --help lists the options)",
+        more.front()));
+  throw UserError(
+      fmt::format("there is no option '{0}'; the nearest is '{1}' (bedload-fluid --help lists all)",
+                  *option, nearest(option->substr(0, option->find('=')), known)));
+}
+
+/// Throws where options contradict each other.
+void check_together(const FluidOptions& options) {
+  if (options.steps > 0 && options.warm_up >= options.steps)
+    throw UserError(fmt::format(
+        "--warm-up {} leaves none of the --steps {} for the table of times; take fewer.",
+        options.warm_up, options.steps));
+  if (options.overwrite && !options.restart.empty() &&
+      options.out == run_of_checkpoint(options.restart))
+    throw UserError(fmt::format(
+        "--overwrite removes the checkpoints of {}, from which --restart goes on; leave out one of "
+        "them.",
+        options.out));
 }
 
 }  // namespace
@@ -68,11 +104,14 @@ std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first
       "--bandwidth", options.bandwidth,
       "At the end measure the memory's bandwidth beside that of the solver's phases (takes "
       "0.6 GB for half a second)");
-  app.add_option(
-         "--compact-state", options.compact,
-         "Make of the first file, a state.h5, the second: a small start field (every second "
-         "cell, 16 bits); no run")
-      ->expected(2);
+  CLI::Option* const compact =
+      app.add_option("--compact-state", options.compact,
+                     "Make of the first file, a state.h5, the second, which must not be there: a "
+                     "small start field (every second cell, 16 bits); no run")
+          ->expected(2);
+  for (CLI::Option* const other : app.get_options())
+    if (other != compact && other != app.get_help_ptr()) compact->excludes(other);
+  app.allow_extras();
   app.add_flag("--help-keys", keys, "Print what fluid.toml may say");
   app.add_flag("--version", show_version, "Print the version");
   try {
@@ -83,6 +122,7 @@ std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first
   } catch (const CLI::ParseError& error) {
     throw UserError(fmt::format("{} (bedload-fluid --help lists the options)", error.what()));
   }
+  check_words(app);
   if (show_version && first_rank) fmt::print("bedload-fluid {}\n", version);
   if (keys && first_rank) fmt::print("{}", describe_keys());
   if (show_version || keys) return std::nullopt;
@@ -92,6 +132,7 @@ std::optional<FluidOptions> read_fluid_options(int argc, char** argv, bool first
   if (options.out.empty())
     options.out =
         options.restart.empty() ? default_output(options.file) : run_of_checkpoint(options.restart);
+  check_together(options);
   return options;
 }
 

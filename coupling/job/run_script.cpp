@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
+#include <set>
 #include <sstream>
+
+#include "fluid/settings/nearest_name.hpp"
 
 namespace bedload {
 namespace {
@@ -120,6 +123,34 @@ RunScript read_run_script(const std::vector<std::string>& words) {
   std::map<std::string, std::string> values(script.variables.begin(), script.variables.end());
   append_file(file, 0, values, script.lines);
   return script;
+}
+
+std::vector<std::string> unused_variables(const RunScript& script) {
+  std::set<std::string> declared;
+  for (const std::string& line : script.lines) {
+    const std::vector<std::string> words = words_of(line);
+    if (words[0] == "include" || words[0] == "jump") return {};
+    if (words[0] == "variable" && words.size() > 1) declared.insert(words[1]);
+  }
+  const auto is_used = [&](const std::string& name) {
+    if (declared.contains(name) || name == "out" || name == "inputs") return true;
+    std::vector<std::string> uses{"${" + name + "}", "v_" + name};
+    if (name.size() == 1) uses.push_back("$" + name);
+    return std::any_of(script.lines.begin(), script.lines.end(), [&](const std::string& line) {
+      return std::any_of(uses.begin(), uses.end(), [&](const std::string& use) {
+        return line.find(use) != std::string::npos;
+      });
+    });
+  };
+  std::vector<std::string> sentences;
+  for (const auto& [name, value] : script.variables) {
+    if (is_used(name)) continue;
+    const std::string near = nearest(name, declared);
+    sentences.push_back(fmt::format(
+        "no line of the script uses the variable '{}' that the command line sets{}", name,
+        near.empty() ? "" : fmt::format("; the nearest that it declares is '{}'", near)));
+  }
+  return sentences;
 }
 
 std::vector<std::string> missing_variables(const RunScript& before, const RunScript& now) {

@@ -26,6 +26,11 @@ struct RunScript {
 /// cannot be read is left to LIGGGHTS to complain about.
 RunScript read_run_script(const std::vector<std::string>& words);
 
+/// One sentence for each variable of the command line that no line of the script uses (`out` and
+/// `inputs`, which every run is given, aside), with the nearest name that the script declares. None
+/// where the script goes on in files that cannot be told beforehand.
+std::vector<std::string> unused_variables(const RunScript& script);
+
 /// Words of a command line that give LIGGGHTS those variables of `before` that `now` does not set.
 std::vector<std::string> missing_variables(const RunScript& before, const RunScript& now);
 
