@@ -84,6 +84,13 @@ def output_folder(ask: Ask, scene: Scene, launch: Launch, restart: Path | None) 
     return (Path("runs") / name).resolve()
 
 
+def checkpoint_mark(out: Path) -> tuple[str, int, int] | None:
+    """Tells the last checkpoint in `out` from the next one: a run that has made a step writes one at its end."""
+    last = last_checkpoint(out)
+    found = last.stat() if last else None
+    return (last.name, found.st_ino, found.st_mtime_ns) if last and found else None
+
+
 def start(ask: Ask) -> tuple[int, Path]:
     """Builds, takes the folder, runs the job; returns its status and its folder."""
     restart = ask.restart.resolve() if ask.restart is not None else None
@@ -108,7 +115,7 @@ def start(ask: Ask) -> tuple[int, Path]:
     aside = None
     goes_on = restart is not None and run_folder(restart) == out
     with Folder(out) as folder:
-        mark = folders.settings_mark(out)
+        mark, reached = folders.settings_mark(out), checkpoint_mark(out)
         moved = job.keep_part(out) if goes_on else {}
         if not goes_on and (aside := folder.make_room()):
             print(f"bedload: the earlier run there is now {plain(str(aside))}", flush=True)
@@ -118,7 +125,8 @@ def start(ask: Ask) -> tuple[int, Path]:
         print(f"bedload: {plain(work.summary())}; output in {plain(str(out))}", flush=True)
         status = job.run_job(work)
         taken_back = status != 0 and aside is not None and folder.take_back(aside)
-        if status != 0 and goes_on and folders.settings_mark(out) == mark:  # refused
+        refused = status != 0 and folders.settings_mark(out) == mark
+        if goes_on and (refused or (status == 0 and checkpoint_mark(out) == reached)):  # or nothing was left to do
             folder.put_back(noted)
             for name, part in moved.items():
                 part.replace(name)

@@ -375,6 +375,32 @@ def test_a_restart_is_told_what_the_run_was_told(tmp_path, started, capsys):
     assert "time.end=9" not in started[-1]
 
 
+@pytest.mark.parametrize("steps", [0, 20])
+def test_a_restart_with_nothing_to_do_leaves_the_folder_as_it_was(tmp_path, started, monkeypatch, steps):
+    """Times of a run that made no step are no times, and a time.end that lies behind is none to go on with."""
+    out = tmp_path / "out"
+    cli.run(cli.parse(["run", "setup2_small", "--model", "rpm", "--out", str(out)]))
+    (out / "checkpoint_00000100").mkdir()
+    for name in ("settings.toml", "timing.csv", "log.liggghts"):
+        (out / name).write_text("of the first part")
+    before = (out / folders.LAUNCH).read_text()
+
+    def programs(line, folder):
+        if line[0] != "mpirun":  # the pictures
+            return 0
+        for name in ("settings.toml", "timing.csv", "log.liggghts"):
+            (out / name).write_text("of the second part")
+        if steps:
+            (out / f"checkpoint_{100 + steps:08d}").mkdir()
+        return 0
+
+    monkeypatch.setattr(job, "run", programs)
+    assert cli.run(cli.parse(["run", "--restart", str(out), "--set", "time.end=1"])) == 0
+    kept = "first" if steps == 0 else "second"
+    assert (out / "timing.csv").read_text() == (out / "log.liggghts").read_text() == f"of the {kept} part"
+    assert ((out / folders.LAUNCH).read_text() == before) == (steps == 0)
+
+
 @pytest.mark.parametrize("began", [False, True])
 def test_a_refused_restart_leaves_the_folder_as_it_was(tmp_path, started, monkeypatch, began):
     """A mistake is not remembered, and the run's log and times keep their names; once bedload-fluid has opened its
