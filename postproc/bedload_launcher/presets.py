@@ -6,7 +6,6 @@ the scene as its author made it, but for the precision.
 """
 
 import math
-import tomllib
 from dataclasses import dataclass
 
 from . import verdicts
@@ -68,7 +67,7 @@ def finer(scene: Scene, resolution: float, name: str) -> list[str]:
         )
     grid = [n * times // unit for n in cells]
     lines = [f"grid.cells={grid}"]
-    time = tomllib.loads((scene.folder / "fluid.toml").read_text(encoding="utf-8"))["time"]
+    time = scene.settings()["time"]
     if "step" in time:
         lines.append(f"time.step={time['step'] * unit / times!r}")
     return lines

@@ -38,8 +38,30 @@ class Scene:
     @property
     def has_spheres(self) -> bool:
         """LIGGGHTS' or those of a file."""
-        text = (self.folder / "fluid.toml").read_text(encoding="utf-8")
-        return self.moves_grains or bool(tomllib.loads(text).get("spheres", {}).get("file"))
+        return self.moves_grains or bool(self.value("spheres", "file"))
+
+    def settings_text(self) -> str:
+        """fluid.toml as it stands; raises UserError with the line where it is not UTF-8."""
+        file = self.folder / "fluid.toml"
+        try:
+            return file.read_text(encoding="utf-8")
+        except UnicodeDecodeError as error:
+            line = error.object.count(b"\n", 0, error.start) + 1
+            raise UserError(
+                f"{file}: line {line} has the byte 0x{error.object[error.start]:02x}, but the file must be UTF-8."
+            ) from error
+
+    def settings(self) -> dict:
+        """fluid.toml as nested tables; raises UserError where it is no TOML."""
+        try:
+            return tomllib.loads(self.settings_text())
+        except tomllib.TOMLDecodeError as error:
+            raise UserError(f"{self.folder / 'fluid.toml'}: {error}.") from error
+
+    def value(self, table: str, key: str):
+        """One value of fluid.toml, None where the file has none; whether it is allowed, bedload-fluid says."""
+        found = self.settings().get(table)
+        return found.get(key) if isinstance(found, dict) else None
 
     def default_model(self) -> str | None:
         """The model that the script itself sets (`variable model index NAME`), if any."""
@@ -47,7 +69,7 @@ class Scene:
             return None
         found = re.search(
             r"^\s*variable\s+model\s+(?:index|string)\s+(\w+)",
-            self.script.read_text(encoding="utf-8"),
+            self.script.read_text(encoding="utf-8", errors="replace"),
             re.MULTILINE,
         )
         return found[1] if found else None
@@ -68,7 +90,7 @@ class Scene:
 
     def _grid(self, key: str, overrides: Sequence[str]) -> list[float]:
         file = self.folder / "fluid.toml"
-        where, text = str(file), file.read_text(encoding="utf-8")
+        where, text = str(file), self.settings_text()
         for line in overrides:
             if line.split("=")[0].strip() == f"grid.{key}":
                 where, text = f"--set {line}", line
@@ -103,7 +125,7 @@ class Scene:
         found = {"inputs": str(INPUTS)} | dict(given or {})
 
         def lines(script: Path) -> Iterator[str]:
-            for line in script.read_text(encoding="utf-8").splitlines():
+            for line in script.read_text(encoding="utf-8", errors="replace").splitlines():
                 if setting := _index_variable(line):
                     found.setdefault(*setting)
                 elif include := re.match(r"\s*include\s+(\S+)", line):
@@ -120,7 +142,7 @@ class Scene:
         readme = self.folder / "README.md"
         if not readme.is_file():
             return ""
-        text = readme.read_text(encoding="utf-8")
+        text = readme.read_text(encoding="utf-8", errors="replace")
         body = [part for part in re.split(r"\n\s*\n", text) if part.strip()[:1] not in ("#", "")]
         sentence = re.match(r".*?[.:](?=\s|$)", " ".join(body[0].split())) if body else None
         return sentence[0].rstrip(".:") + "." if sentence else ""

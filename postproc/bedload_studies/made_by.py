@@ -18,7 +18,7 @@ def now(work: job.Job, programs: Path) -> dict[str, str]:
     files = [programs / name for name in ("bedload-fluid", "bedload-dem")]
     chosen = dict(work.variables) | ({"model": work.model} if work.model else {})
     script = "\n".join(work.scene.script_lines(chosen)) if work.scene.moves_grains else ""
-    scene = (work.scene.folder / "fluid.toml").read_text(encoding="utf-8") + script
+    scene = work.scene.settings_text() + script
     return {
         "commit": commit() or "unknown",
         "programs": _digest(b"".join(file.read_bytes() for file in files if file.is_file())),

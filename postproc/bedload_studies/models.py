@@ -13,7 +13,6 @@ import json
 import platform
 import shlex
 import sys
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -233,7 +232,7 @@ def settings_of(scene: Scene, overrides: Sequence[str]) -> dict:
     Raises UserError where a key is missing that has no default.
     """
     file = scene.folder / "fluid.toml"
-    settings = laid_over(DEFAULTS, tomllib.loads(file.read_text(encoding="utf-8")))
+    settings = laid_over(DEFAULTS, scene.settings())
     for text in overrides:
         settings = laid_over(settings, override_table(text))
     for table, key in REQUIRED:

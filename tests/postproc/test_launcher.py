@@ -113,6 +113,23 @@ def test_every_shipped_scene_has_its_files():
         assert scene.default_model() in [None, *scenes.models()]
 
 
+def test_bytes_that_are_not_utf_8(tmp_path):
+    """In a script and a README, most likely in a comment, they hinder nothing; in fluid.toml the line is named."""
+    scene = scene_in(tmp_path / "s")
+    comment = "variable model index rpm\n# grain de 2 \xb5m\ninclude more\n".encode("latin-1")
+    (scene.folder / "in.liggghts").write_bytes(comment)
+    (scene.folder / "more").write_bytes(b"# \xe9\nvariable density index 2\n")
+    (scene.folder / "README.md").write_bytes("# T\n\nGrains de 2 \xb5m.\n".encode("latin-1"))
+    assert scene.default_model() == "rpm"
+    assert scene.variables() == {"model": "rpm", "density": "2"}
+    assert scene.summary() == "Grains de 2 \ufffdm."
+    (scene.folder / "in.liggghts").unlink()
+    (scene.folder / "fluid.toml").write_bytes(b'[grid]\ncells = [8, 8, 8]\n# 2 \xb5m\n')
+    for read in (scene.cells, lambda: scene.has_spheres, lambda: presets.settings_of("draft", scene, [])):
+        with pytest.raises(UserError, match="fluid.toml: line 3 has the byte 0xb5, but the file must be UTF-8."):
+            read()
+
+
 def test_ranks():
     assert job.Ranks.parse("4:2") == job.Ranks(4, 2)
     assert job.Ranks.parse("3") == job.Ranks(3, 1)
