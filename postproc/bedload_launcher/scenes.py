@@ -120,18 +120,22 @@ class Scene:
         """The script, with the lines of what it includes in the include's place.
 
         `given`: what the command line sets. An include that leads to no file, for its name holds an
-        unknown variable, say, stays as it is.
+        unknown variable, say, stays as it is. Raises UserError where a script includes itself.
         """
         found = {"inputs": str(INPUTS)} | dict(given or {})
 
-        def lines(script: Path) -> Iterator[str]:
+        def lines(script: Path, above: tuple[Path, ...] = ()) -> Iterator[str]:
+            chain = (*above, script.resolve())
+            if chain[-1] in above:
+                way = " -> ".join(file.name for file in chain[above.index(chain[-1]) :])
+                raise UserError(f"{script} includes itself ({way}).")
             for line in script.read_text(encoding="utf-8", errors="replace").splitlines():
                 if setting := _index_variable(line):
                     found.setdefault(*setting)
                 elif include := re.match(r"\s*include\s+(\S+)", line):
                     name = re.sub(r"\$\{(\w+)\}", lambda m: found.get(m[1], ""), include[1])
                     if (self.folder / name).is_file():  # an absolute name stands for itself
-                        yield from lines(self.folder / name)
+                        yield from lines(self.folder / name, chain)
                         continue
                 yield line
 

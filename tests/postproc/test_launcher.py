@@ -130,6 +130,20 @@ def test_bytes_that_are_not_utf_8(tmp_path):
             read()
 
 
+def test_a_script_that_includes_itself_is_refused(tmp_path):
+    """At once or by others in between; one that is included twice, one time after the other, is none."""
+    scene = scene_in(tmp_path / "s", "variable other index b\ninclude ${other}\n")
+    (scene.folder / "b").write_text("include in.liggghts\n")
+    with pytest.raises(UserError, match=r"in.liggghts includes itself \(in.liggghts -> b -> in.liggghts\)."):
+        scene.variables()
+    (scene.folder / "b").write_text(f"include {scene.folder}/b\n")
+    with pytest.raises(UserError, match=r"b includes itself \(b -> b\)."):
+        scene.variables()
+    scene.script.write_text("include b\ninclude b\n")
+    (scene.folder / "b").write_text("run 0\n")
+    assert list(scene.script_lines()) == ["run 0", "run 0"]
+
+
 def test_ranks():
     assert job.Ranks.parse("4:2") == job.Ranks(4, 2)
     assert job.Ranks.parse("3") == job.Ranks(3, 1)
