@@ -67,9 +67,9 @@ def finer(scene: Scene, resolution: float, name: str) -> list[str]:
         )
     grid = [n * times // unit for n in cells]
     lines = [f"grid.cells={grid}"]
-    time = scene.settings()["time"]
-    if "step" in time:
-        lines.append(f"time.step={time['step'] * unit / times!r}")
+    step = scene.value("time", "step")
+    if isinstance(step, int | float) and not isinstance(step, bool):  # about all else bedload-fluid has its sentence
+        lines.append(f"time.step={step * unit / times!r}")
     return lines
 
 

@@ -690,6 +690,14 @@ def test_a_preset_keeps_proportions_and_courant_number(tmp_path):
         presets.settings_of("fin", scene, [])
 
 
+@pytest.mark.parametrize("time", ["", '[time]\nstep = "a"\n', "[time]\nstep = true\n", "[time]\nend = 1\n"])
+def test_a_preset_leaves_a_step_that_is_no_number_to_bedload_fluid(tmp_path, time):
+    scene = scene_in(tmp_path / "s", None)
+    grid = ["grid.cells=[160, 90, 80]", "grid.length=[16, 9, 8]"]
+    (scene.folder / "fluid.toml").write_text("\n".join(grid) + "\n" + time)
+    assert presets.settings_of("draft", scene, [])[-1] == "grid.cells=[128, 72, 64]"
+
+
 def test_a_grid_that_no_other_matches_has_no_preset(tmp_path):
     scene = scene_in(tmp_path / "s")
     (scene.folder / "fluid.toml").write_text("[grid]\ncells = [97, 53, 31]\nlength = [97, 53, 31]\n")
