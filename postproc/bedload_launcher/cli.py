@@ -114,7 +114,7 @@ def bench(options: argparse.Namespace) -> int:
 def estimate(options: argparse.Namespace) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
-    ranks = job.Ranks.parse(options.ranks)
+    ranks = job.Ranks.parse(options.ranks, scene)
     settings = presets.settings_of(options.accuracy, scene, options.set)
     variables = read_variables(scene, model, options.var)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])

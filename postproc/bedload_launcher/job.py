@@ -93,13 +93,21 @@ class Ranks:
     dem: int
 
     @classmethod
-    def parse(cls, text: str | None) -> "Ranks":
-        """'FLUID:DEM' or 'FLUID'; None: the fluid gets every core, LIGGGHTS one sleeping rank."""
+    def parse(cls, text: str | None, scene: Scene | None = None) -> "Ranks":
+        """'FLUID:DEM' or 'FLUID'; None: the fluid gets every core, LIGGGHTS one sleeping rank.
+
+        Raises UserError for anything else, and for DEM where `scene` starts no LIGGGHTS.
+        """
         if text is None:
             return cls(cores(), 1)
         parts = text.split(":")
-        if len(parts) > 2 or not all(part.isdigit() and int(part) > 0 for part in parts):
+        if len(parts) > 2 or not all(part.isdecimal() and int(part) > 0 for part in parts):
             raise UserError(f"--ranks is '{text}', but must be FLUID:DEM, for instance 4:1.")
+        if len(parts) == 2 and scene is not None and not scene.moves_grains:
+            raise UserError(
+                f"--ranks is '{text}', but scene '{scene.name}' has no in.liggghts, so there are no ranks of LIGGGHTS; "
+                f"--ranks {parts[0]} is allowed."
+            )
         return cls(int(parts[0]), int(parts[1]) if len(parts) == 2 else 1)
 
 

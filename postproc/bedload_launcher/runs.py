@@ -108,7 +108,7 @@ def start(ask: Ask) -> tuple[int, Path]:
     scene = find_scene(launch.scene)
     settings = presets.settings_of(launch.accuracy, scene, list(launch.sets))
     out = output_folder(ask, scene, launch, restart)
-    ranks = job.Ranks.parse(ask.ranks)
+    ranks = job.Ranks.parse(ask.ranks, scene)
     work = job.Job(scene, launch.model, ranks, out, settings, ask.steps, launch.variables, restart)
     work.command()  # its mistakes are found before anything in the folder moves
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])

@@ -193,7 +193,7 @@ def shared_steps(hours: float, work: float, step_seconds: float, most: int) -> i
 def run(options) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
-    ranks = job.Ranks.parse(options.ranks)
+    ranks = job.Ranks.parse(options.ranks, scene)
     hours = options.hours or HOURS
     out = options.report or options.runs / scene.name
     out.mkdir(parents=True, exist_ok=True)

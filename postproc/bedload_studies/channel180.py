@@ -58,7 +58,8 @@ def columns(file: Path) -> dict[str, np.ndarray]:
 
 def compute(options: argparse.Namespace) -> Path:
     """The two runs; returns the output of the second."""
-    scene, ranks = find_scene(SCENE), job.Ranks.parse(options.ranks)
+    scene = find_scene(SCENE)
+    ranks = job.Ranks.parse(options.ranks, scene)
     cells = scene.cells([])
     half = [max(4, n // 2) for n in cells]
     coarse, fine = (options.out.resolve() / name for name in ("coarse", "fine"))

@@ -236,7 +236,7 @@ def run(options: argparse.Namespace) -> int:
         raise UserError(f"--steps is {options.steps}, but must be at least 10.")
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
-    ranks = job.Ranks.parse(options.ranks)
+    ranks = job.Ranks.parse(options.ranks, scene)
     out = options.out or Path("runs") / f"effects-{scene.name}"
     out.mkdir(parents=True, exist_ok=True)
     beginning = EarlierRun.of(options.start_from) if options.start_from else None

@@ -148,7 +148,7 @@ def not_turned(turned: list[Knob]) -> str:
 def run(options) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
-    ranks = job.Ranks.parse(options.ranks)
+    ranks = job.Ranks.parse(options.ranks, scene)
     declared = scene.variables({"model": model} if model else {})
     options.out.mkdir(parents=True, exist_ok=True)
     dense = ["output.history_every=1", "output.fields_every=0.0", "output.spheres_every=0.0", *options.set]

@@ -148,6 +148,19 @@ def test_ranks():
     assert job.Ranks.parse("4:2") == job.Ranks(4, 2)
     assert job.Ranks.parse("3") == job.Ranks(3, 1)
     assert job.Ranks.parse(None) == job.Ranks(machine.cores(), 1)
+    for text in ("²:1", "1:2:3", "-1", ":1", ""):
+        with pytest.raises(UserError, match=f"--ranks is '{text}', but must be FLUID:DEM"):
+            job.Ranks.parse(text)
+
+
+def test_ranks_of_liggghts_are_for_a_scene_with_grains(tmp_path, started, monkeypatch):
+    monkeypatch.setattr(cli, "build", lambda _: None)
+    for name in ("run", "estimate"):
+        options = cli.parse([name, "channel180", "--ranks", "2:2"])
+        with pytest.raises(UserError, match="--ranks is '2:2', but scene 'channel180' has no in.liggghts"):
+            options.action(options)
+    cli.run(cli.parse(["run", "channel180", "--ranks", "2", "--out", str(tmp_path / "out")]))
+    assert "2" in started[0]
 
 
 def test_the_watch_over_memory_outlives_a_process_that_ends_meanwhile(monkeypatch):
