@@ -93,7 +93,8 @@ def write_table(file: Path, points: list[Point]) -> None:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", nargs="?", metavar="SCENE", help="a scene's own answer (none: the known cases)")
-    parser.add_argument("--hours", type=positive, help="of a SCENE's runs together (default: 0.1)")
+    parser.add_argument("--hours", type=positive, help="of a SCENE's runs together (default: 0.1); each choice "
+                        "runs once whatever that takes")  # fmt: skip
     parser.add_argument("--quantity", metavar="NAME", help="of a SCENE: what is judged (default: grain velocity, "
                         "else driving force, else flow energy; any column of history.csv)")  # fmt: skip
     parser.add_argument("--model", help="of a SCENE: as for run")

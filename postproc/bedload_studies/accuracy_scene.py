@@ -208,6 +208,8 @@ def run(options) -> int:
     began = time.monotonic()
     start = run_once(work(1), beginning=beginning)
     trial = run_once(work(1 + TRIAL_STEPS), start.price, beginning)
+    if options.quantity is not None:
+        chosen(trial.answers, options.quantity, 0.0)  # a name that does not exist is found before the long runs
     step_seconds = trial.price / TRIAL_STEPS / ranks.fluid
     tried = choices(scene, trial.settings)
     step, end = trial.settings["time"]["step"], trial.settings["time"]["end"]

@@ -1,5 +1,6 @@
 """The studies of a person's own scene, on made-up answers: accuracy, effects, limits."""
 
+import argparse
 import math
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ from bedload_launcher import job
 from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import find_scene
 from bedload_post.outputs import Run
-from bedload_studies import accuracy_scene, effects, scene_answers, stability_scene
+from bedload_studies import accuracy, accuracy_scene, effects, scene_answers, stability_scene
 from bedload_studies.accuracy_scene import Choice, remaining, richardson
 from bedload_studies.earlier_run import EarlierRun
 from bedload_studies.scene_answers import Priced, Series
@@ -158,6 +159,22 @@ def test_the_table_stands_against_the_finest_grid():
     assert rows[1].words == "finest" and rows[1].change == 0.0
     assert math.isnan(rows[2].price) and rows[2].words == "ended."
     assert "ended." in accuracy_scene.table_text(rows, "q")
+
+
+def test_a_quantity_that_does_not_exist_is_found_before_the_long_runs(tmp_path, monkeypatch):
+    steps = []
+
+    def run_once(work, *_, **_more):
+        steps.append(work.steps)
+        return Priced([1.0], 1.0, {"flow energy": Series(TIME, TIME)}, {"time": {"step": 0.1, "end": 1.0}})
+
+    monkeypatch.setattr(accuracy_scene, "run_once", run_once)
+    parser = argparse.ArgumentParser()
+    accuracy.add_options(parser)
+    line = ["channel180", "--quantity", "flow enrgy", "--runs", str(tmp_path)]
+    with pytest.raises(UserError, match="no quantity 'flow enrgy'; the nearest is 'flow energy'"):
+        accuracy.run(parser.parse_args(line))
+    assert steps == [1, 11]  # the trial alone
 
 
 # --- Effects ---------------------------------------------------------------------------------------------
