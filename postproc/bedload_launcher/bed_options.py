@@ -6,6 +6,7 @@ from pathlib import Path
 from .numbers import finite
 
 REACHABLE = (0.53, 0.62)  # packing of spheres of one size, by falls with most and with no friction
+TOLERANCE = 0.005  # of the packing that is asked for, unless told
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -20,7 +21,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help=f"share of the volume in the bed's inside, about {REACHABLE[0]} to {REACHABLE[1]} for one size (default: "
         "as they fall with friction 0.3)",
     )  # fmt: skip
-    parser.add_argument("--tolerance", type=finite, default=0.005, help="of the packing (default: 0.005)")
+    parser.add_argument("--tolerance", type=finite, help=f"of --packing (default: {TOLERANCE:g})")
     parser.add_argument(
         "--sizes", default="1:1", metavar="D:SHARE ...",
         help='diameters and their shares of the number, as "1:0.8 0.7:0.2"',
@@ -38,4 +39,5 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="then run the scene for this time without a flow; its script reads ${bed_file} (default: dry only)",
     )  # fmt: skip
     parser.add_argument("--digits", type=int, default=6, help="behind the point, in the file (default: 6)")
-    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="the bed, for LIGGGHTS' read_data")
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="the bed, for LIGGGHTS' read_data; "
+                        "an earlier file there is kept as FILE.previous, .previous2, ...")  # fmt: skip

@@ -20,11 +20,12 @@ from pathlib import Path
 import numpy as np
 
 from bedload_launcher import job
-from bedload_launcher.bed_options import REACHABLE
+from bedload_launcher.bed_options import REACHABLE, TOLERANCE
 from bedload_launcher.build import BIN
 from bedload_launcher.errors import UserError
+from bedload_launcher.folders import next_previous
 from bedload_launcher.scenes import INPUTS, Scene, find_scene, read_variables
-from bedload_launcher.words import say
+from bedload_launcher.words import plain, say
 from bedload_post.outputs import Run
 
 from .grains_file import last_grains
@@ -86,8 +87,12 @@ def wish(options: argparse.Namespace) -> tuple[Wish, Scene | None]:
         raise UserError(
             f"--packing is {options.packing:g}, but spheres that fall pack between {REACHABLE[0]} and {REACHABLE[1]}."
         )
-    if not options.tolerance > 0.0:
+    if options.tolerance is not None and not options.tolerance > 0.0:
         raise UserError(f"--tolerance is {options.tolerance:g}, but must be above 0.")
+    if options.tolerance is not None and options.packing is None:
+        raise UserError(f"--tolerance is {options.tolerance:g}, but no --packing is asked for whose tolerance it is.")
+    if options.fixed < 0.0:
+        raise UserError(f"--fixed is {options.fixed:g}, but must be at least 0.")
     if options.seed < 0:
         raise UserError(f"--seed is {options.seed}, but must be at least 0.")
     if not 2 <= options.digits <= 12:
@@ -113,10 +118,8 @@ def wish(options: argparse.Namespace) -> tuple[Wish, Scene | None]:
         raise UserError(f"--wet runs a scene, but {options.where} is a box.")
     if min(box) < 3.0 * diameter.max():
         raise UserError(f"the box is {min(box):g} wide, but a bed needs three diameters, {3.0 * diameter.max():g}.")
-    return (
-        Wish(box, height, diameter, options.seed, options.packing, options.tolerance, options.base, options.fixed),
-        scene,
-    )
+    tolerance = TOLERANCE if options.tolerance is None else options.tolerance
+    return Wish(box, height, diameter, options.seed, options.packing, tolerance, options.base, options.fixed), scene
 
 
 def fall(want: Wish, s: float, folder: Path) -> Bed:
@@ -237,8 +240,10 @@ def wet(scene: Scene, want: Wish, file: Path, bed: Bed, kinds: np.ndarray, time:
 
 
 def settle(options: argparse.Namespace) -> int:
-    """Makes the bed, writes it, says what it is."""
+    """Makes the bed, writes it, says what it is. An earlier file in its place moves aside once the bed is made."""
     want, scene = wish(options)
+    if options.out.is_dir():
+        raise UserError(f"--out is the folder {options.out}, but must be a file.")
     options.out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="bedload-settle-") as name:
         folder = Path(name)
@@ -253,16 +258,20 @@ def settle(options: argparse.Namespace) -> int:
         lengths = (want.box[0], want.height if np.isfinite(want.height) else float(np.ceil(top + 1.0)), want.box[1])
         head = f"bed of {len(kinds)} grains, ./bedload settle {words_of(options)}"
 
-        def write(made: Bed) -> None:
-            write_bed(options.out, made, kinds, lengths, options.digits, want.base_spheres() + 1, head)
+        def write(made: Bed, file: Path) -> None:
+            write_bed(file, made, kinds, lengths, options.digits, want.base_spheres() + 1, head)
 
-        write(bed)
         if options.wet > 0.0 and scene is not None:
-            bed = wet(scene, want, options.out, bed, kinds, options.wet, folder)
-            write(bed)
+            write(bed, folder / "dry.data")
+            bed = wet(scene, want, folder / "dry.data", bed, kinds, options.wet, folder)
     overlap = Bed(np.round(bed.position, options.digits), bed.radius, want.box).overlap() / want.unit
     if overlap > OVERLAP:
         raise UserError(f"grains overlap by {overlap:.4f} D, more than {OVERLAP:g}; the bed is not at rest.")
+    if options.out.is_file():
+        aside = next_previous(options.out)
+        options.out.rename(aside)
+        print(f"bedload: the earlier file there is now {plain(str(aside))}", flush=True)
+    write(bed, options.out)
     describe(bed, kinds, want, overlap, options.out)
     return 0
 

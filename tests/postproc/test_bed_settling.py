@@ -38,6 +38,8 @@ def test_shares_are_of_the_number_and_exact():
         (["8x8", "--grains", "0"], "--grains is 0, but must be at least 1"),
         (["8x8", "--grains", "9", "--packing", "0.9"], "pack between 0.53 and 0.62"),
         (["8x8", "--grains", "9", "--tolerance", "0"], "--tolerance is 0, but must be above 0"),
+        (["8x8", "--grains", "9", "--tolerance", "0.1"], "--tolerance is 0.1, but no --packing is asked for"),
+        (["8x8", "--grains", "9", "--fixed", "-1"], "--fixed is -1, but must be at least 0"),
         (["8x2", "--grains", "9"], "needs three diameters"),
         (["8x8", "--grains", "9", "--wet", "1"], "--wet runs a scene, but 8x8 is a box"),
         (["8x8", "--grains", "9", "--base", "hexagonal", "--sizes", "2:1"], "the largest allowed"),
@@ -138,3 +140,30 @@ def test_the_file_has_every_sphere_with_its_type_and_stays_in_the_box(tmp_path):
     lines = (tmp_path / "bed").read_text().splitlines()
     assert "2 atoms" in lines and "0 6.0 ylo yhi" in lines
     assert lines[-2:] == ["11 1 1 1 0.5 1 0", "12 2 0.7 1 3 2 0"]
+
+
+def test_an_earlier_bed_moves_aside_once_the_new_one_is_made(tmp_path, monkeypatch, capsys):
+    """Not for one that is refused; nothing that is no file moves."""
+    position, box = cubic(1.0, 6)
+    made = Bed(position, np.full(len(position), 0.5), box)
+    out = tmp_path / "bed.data"
+    line = options("6x6", "--grains", str(len(position)))
+    line.out = out
+    monkeypatch.setattr(bed_settling, "fall", lambda *_: made)
+    for text, names in (("none", ["bed.data"]), ("first", ["bed.data", "bed.data.previous"]),
+                        ("second", ["bed.data", "bed.data.previous", "bed.data.previous2"])):  # fmt: skip
+        if text != "none":
+            out.write_text(text)
+        assert bed_settling.settle(line) == 0
+        assert sorted(file.name for file in tmp_path.iterdir()) == names
+        assert out.read_text().startswith("bed of 216 grains")
+        assert (f"the earlier file there is now {tmp_path / names[-1]}" in capsys.readouterr().out) == (text != "none")
+    assert (tmp_path / "bed.data.previous2").read_text() == "second"
+    out.write_text("third")
+    monkeypatch.setattr(bed_settling, "fall", lambda *_: Bed(made.position, 1.1 * made.radius, box))
+    with pytest.raises(UserError, match="the bed is not at rest"):
+        bed_settling.settle(line)
+    assert out.read_text() == "third"
+    line.out = tmp_path
+    with pytest.raises(UserError, match=f"--out is the folder {tmp_path}, but must be a file"):
+        bed_settling.settle(line)
