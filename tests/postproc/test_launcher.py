@@ -498,6 +498,16 @@ def test_a_restart_keeps_its_model(tmp_path, started, monkeypatch):
     assert started[-1][started[-1].index("model") + 1] == "actm"
 
 
+def test_a_run_with_grains_does_not_go_on_in_a_scene_without(tmp_path, started):
+    """The sentence is of --restart, which was given, not of --model, which the run remembers."""
+    out = tmp_path / "out"
+    cli.run(cli.parse(["run", "setup2_small", "--var", "hold=1", "--out", str(out)]))
+    (out / "checkpoint_00000100").mkdir()
+    with pytest.raises(UserError, match="the run has grains, but scene 'channel180' has no in.liggghts; begin"):
+        cli.run(cli.parse(["run", "channel180", "--restart", str(out)]))
+    assert len(started) == 1
+
+
 def test_blanks_in_a_path_do_not_reach_the_script(tmp_path):
     scene = scene_in(tmp_path / "my scenes" / "bed")
     inside = job.script_path(tmp_path / "my scenes" / "out", scene.folder)
