@@ -17,10 +17,13 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of a backend without a screen)
 import numpy as np  # noqa: E402
-from bedload_launcher.errors import UserError  # noqa: E402
+from bedload_launcher.errors import UserError, unknown  # noqa: E402
 from bedload_launcher.numbers import finite  # noqa: E402
 from bedload_post.bed_friction import friction_velocity  # noqa: E402
 from bedload_post.outputs import MissingOutput, Run  # noqa: E402
+from matplotlib.backend_bases import FigureCanvasBase  # noqa: E402
+
+LAMINAR = 1e-12  # <u'^2> / u_b^2, up to which a plane has no fluctuations but those of single precision
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -30,7 +33,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--heights", type=finite, nargs="+", metavar="Y",
         help="heights over the floor [L] (default: bed's top + 0.1, 0.3 and 0.7 of the depth)",
     )  # fmt: skip
-    parser.add_argument("--figure", type=Path, help="a PNG of the correlations")
+    parser.add_argument("--figure", type=Path, help="the correlations, a PNG by its name's ending, or a PDF, ...")
 
 
 def correlation(field: np.ndarray, axis: int) -> np.ndarray:
@@ -55,8 +58,13 @@ def planes(run: Run, heights: list[float], since: float) -> Iterator[np.ndarray]
                 yield np.stack([file[name]["u"][:, row, :] for row in rows])
 
 
-def correlations(run: Run, heights: list[float], since: float) -> tuple[np.ndarray, np.ndarray, int]:
-    """R along x and z, shapes (heights, nx/2+1) and (heights, nz/2+1), and the number of snapshots."""
+def correlations(
+    run: Run, heights: list[float], since: float, least: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """R along x and z, shapes (heights, nx/2+1) and (heights, nz/2+1), and the number of snapshots.
+
+    nan at heights where <u'^2> is not above `least` [L^2/T^2].
+    """
     along_x: np.ndarray = np.zeros(1)
     along_z, count = along_x, 0
     for snapshot in planes(run, heights, since):
@@ -65,7 +73,9 @@ def correlations(run: Run, heights: list[float], since: float) -> tuple[np.ndarr
         count += 1
     if count == 0:
         raise MissingOutput(f"fields.h5 of {run.folder} has no snapshot after t = {since:g}.")
-    return along_x / along_x[:, :1], along_z / along_z[:, :1], count
+    moves = along_x[:, :1] > least * count  # the mean of u'^2 over a plane is the same along both
+    of_x, of_z = (np.where(moves, r / np.where(moves, r[:, :1], 1.0), np.nan) for r in (along_x, along_z))
+    return of_x, of_z, count
 
 
 def draw(run: Run, heights, along_x: np.ndarray, along_z: np.ndarray, file: Path) -> None:
@@ -82,14 +92,26 @@ def draw(run: Run, heights, along_x: np.ndarray, along_z: np.ndarray, file: Path
     plt.close(figure)
 
 
+def check_figure(file: Path) -> None:
+    """Refuses an ending that matplotlib does not write and a folder that is not there, before the work."""
+    endings = FigureCanvasBase.get_supported_filetypes()
+    if file.suffix[1:].lower() not in endings:
+        raise unknown(f"ending of --figure {file}", file.suffix[1:], endings)
+    if not file.parent.is_dir():
+        raise UserError(f"--figure is {file}, but there is no folder {file.parent}.")
+
+
 def run(options: argparse.Namespace) -> int:
     case = Run(options.folder)
+    if options.figure:
+        check_figure(options.figure)
     bed_top = case.box[1] - case.depth
     heights = options.heights or [bed_top + share * case.depth for share in (0.1, 0.3, 0.7)]
     for height in heights:
         if not 0.0 < height < case.box[1]:
             raise UserError(f"--heights has {height:g}, but the box of {options.folder} is {case.box[1]:g} high.")
-    along_x, along_z, count = correlations(case, heights, options.since)
+    along_x, along_z, count = correlations(case, heights, options.since, LAMINAR * case.bulk_velocity**2)
+    still = np.isnan(along_x[:, 0])
     friction, source = friction_velocity(case, options.since)
     history = case.history()
     late = history["time"] >= options.since
@@ -98,8 +120,16 @@ def run(options: argparse.Namespace) -> int:
     print(f"Re_tau           {friction * case.depth / case.viscosity:.0f}")
     print(f"kinetic energy   {energy.mean():.4f}, between {energy.min():.4f} and {energy.max():.4f}")
     print(f"snapshots        {count}")
+    if still.any():
+        names = ", ".join(f"{height:g}" for height, none in zip(heights, still, strict=True) if none)
+        no_figure = ", so there is no figure" if options.figure and still.all() else ""
+        print(f"no fluctuations at y = {names}: the flow is laminar{no_figure}")
+    if still.all():
+        return 0
     print("height / D   R at half the length   R at half the width   smallest R along z at z / D")
     for height, x, z in zip(heights, along_x, along_z, strict=True):
+        if np.isnan(x[0]):
+            continue
         lowest = int(np.argmin(z))
         place = lowest * case.box[2] / (2 * (len(z) - 1)) / case.diameter
         print(f"{height / case.diameter:10.2f} {x[-1]:21.3f} {z[-1]:21.3f} {z[lowest]:18.3f} at {place:.1f}")

@@ -2,6 +2,7 @@
 
 import argparse
 
+import h5py
 import numpy as np
 import pytest
 from bedload_launcher.errors import UserError
@@ -44,3 +45,35 @@ def test_heights_outside_the_box_are_refused(tmp_path):
         turbulence.add_options(parser)
         with pytest.raises(UserError, match=f"--heights has {height}, but the box"):
             turbulence.run(parser.parse_args([str(tmp_path), "--heights", height]))
+
+
+def study(*line):
+    parser = argparse.ArgumentParser()
+    turbulence.add_options(parser)
+    return turbulence.run(parser.parse_args(list(map(str, line))))
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_laminar_flow_has_no_correlations(tmp_path, capsys):
+    """One line for the heights without fluctuations; those of single precision are none."""
+    folder = write_run(tmp_path, wandering_story())
+    noise = np.random.default_rng(5).normal(size=(40, 45, 80))
+    for moving in (False, True):
+        with h5py.File(folder / "fields.h5", "a") as file:
+            del file["step_00002000/u"]
+            upper = moving * (np.arange(45) > 22)[:, None]
+            file["step_00002000/u"] = (1.0 + 1e-7 * noise + upper * noise).astype(np.float32)
+        assert study(folder, "--heights", "2", "3", "7", "--figure", tmp_path / "r.png") == 0
+        said = capsys.readouterr().out
+        assert "nan" not in said and ("height / D" in said) == moving
+        assert ("at y = 2, 3: the flow is laminar\n" if moving else "at y = 2, 3, 7: the flow is laminar, so") in said
+        assert (tmp_path / "r.png").is_file() == moving
+
+
+def test_a_figure_s_name_is_checked_before_the_work(tmp_path, monkeypatch):
+    folder = write_run(tmp_path, wandering_story())
+    monkeypatch.setattr(turbulence, "correlations", None)
+    with pytest.raises(UserError, match="no ending of --figure .*r.pgn 'pgn'; the nearest is 'png'"):
+        study(folder, "--figure", tmp_path / "r.pgn")
+    with pytest.raises(UserError, match="but there is no folder .*/nowhere"):
+        study(folder, "--figure", tmp_path / "nowhere" / "r.png")
