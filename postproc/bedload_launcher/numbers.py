@@ -6,10 +6,16 @@ from collections.abc import Callable
 
 
 def whole(least: int) -> Callable[[str], int]:
-    """Whole numbers from `least` on."""
+    """Whole numbers from `least` on; 1e8 is one, too."""
 
     def read(text: str) -> int:
-        if (number := int(text)) < least:
+        try:
+            number = int(text)
+        except ValueError:
+            if not float(text).is_integer():
+                raise
+            number = int(float(text))
+        if number < least:
             raise argparse.ArgumentTypeError(f"is {text}, but must be at least {least}")
         return number
 

@@ -67,8 +67,8 @@ def with_memory(ask: Ask, before: Launch | None) -> Launch:
     scene = find_scene(ask.scene or before.scene)
     if not scene.moves_grains and (before.model or before.variables):  # what only a run with grains was told
         raise UserError(
-            f"--restart {ask.restart}: the run has grains, but scene '{scene.name}' has no in.liggghts; begin a new run, "
-            "which can take its flow: ./bedload run SCENE --set start.from=state --set start.file=RUN/state.h5."
+            f"--restart {ask.restart}: the run has grains, but scene '{scene.name}' has no in.liggghts; begin a new "
+            "run, which can take its flow: ./bedload run SCENE --set start.from=state --set start.file=RUN/state.h5."
         )
     model = choose_model(scene, ask.model or before.model)
     given = folders.merged([f"{n}={v}" for n, v in before.variables.items()], ask.variables)

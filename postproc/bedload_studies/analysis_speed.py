@@ -14,11 +14,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 from bedload_launcher.bench import circumstances
+from bedload_launcher.numbers import whole
 from bedload_post.outputs import Run
 from bedload_post.transport import measure
 
 GRAINS = 500
 BLOCK = 2_000  # instants on the disk
+LEAST = 2 * GRAINS  # samples: two instants, without which nothing has moved
 STEP = 0.1
 SETTINGS = """\
 boundary.x = "periodic"
@@ -31,8 +33,8 @@ reference.diameter = 1.0
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--samples", type=float, default=1e8, help="default: 1e8")
-    parser.add_argument("--collisions", type=float, default=1e6, help="default: 1e6")
+    parser.add_argument("--samples", type=whole(LEAST), default=10**8, help="default: 1e8")
+    parser.add_argument("--collisions", type=whole(0), default=10**6, help="default: 1e6")
 
 
 def write_samples(folder: Path, instants: int, random: np.random.Generator) -> None:
@@ -52,14 +54,15 @@ def write_samples(folder: Path, instants: int, random: np.random.Generator) -> N
             file.create_dataset(name, data=values.reshape(rows, 3), chunks=(1024, 3))
         file.create_dataset("radius", data=np.full(rows, 0.5), chunks=(1024,))
         file.create_dataset("tag", data=np.tile(np.arange(1, GRAINS + 1), BLOCK), chunks=(1024,))
-    with h5py.File(folder / "block.h5") as file, h5py.File(folder / "spheres.h5", "w") as whole:
+    with h5py.File(folder / "block.h5") as file, h5py.File(folder / "spheres.h5", "w") as spheres:
         for name, values in file.items():
             layout = h5py.VirtualLayout((instants * GRAINS, *values.shape[1:]), values.dtype)
             for first in range(0, instants * GRAINS, rows):
                 count = min(rows, instants * GRAINS - first)
                 layout[first : first + count] = h5py.VirtualSource(values)[:count]
-            whole.create_virtual_dataset(f"mobile/{name}", layout)
-        times = whole.create_dataset("mobile/time", (instants * GRAINS,), "f8", chunks=(1024,))
+            spheres.create_virtual_dataset(f"mobile/{name}", layout)
+        chunks = (min(1024, instants * GRAINS),)
+        times = spheres.create_dataset("mobile/time", (instants * GRAINS,), "f8", chunks=chunks)
         for first in range(0, instants, BLOCK):
             part = np.arange(first, min(first + BLOCK, instants)) * STEP
             times[first * GRAINS : (first + len(part)) * GRAINS] = np.repeat(part, GRAINS)
@@ -83,14 +86,14 @@ def run(options: argparse.Namespace) -> int:
         folder = Path(name)
         (folder / "settings.toml").write_text(SETTINGS, encoding="utf-8")
         write_samples(folder, instants, random)
-        write_collisions(folder, round(options.collisions), instants * STEP, random)
+        write_collisions(folder, options.collisions, instants * STEP, random)
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         began, used = time.perf_counter(), time.process_time()
         result = measure(Run(folder))
         record = {
             "name": "analysis",
             "samples": instants * GRAINS,
-            "collisions": round(options.collisions),
+            "collisions": options.collisions,
             "phases": len(result.phases.tag),
             "seconds": time.perf_counter() - began,
             "processor_seconds": time.process_time() - used,

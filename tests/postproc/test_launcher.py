@@ -1,5 +1,6 @@
 """The launcher: names, ranks, output folders, the mpirun line, signals and status."""
 
+import argparse
 import errno
 import fcntl
 import os
@@ -16,6 +17,7 @@ import pytest
 from bedload_launcher import build, cli, folders, job, machine, memory, presets, runs, scenes, studies
 from bedload_launcher.errors import UserError, refused, unknown
 from bedload_launcher.words import plain
+from bedload_studies import analysis_speed
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -669,6 +671,8 @@ def test_nothing_is_built_for_a_line_that_is_not_understood(monkeypatch):
         (["turbulence", "FOLDER"], "FOLDER has no settings.toml, so it is no output of a run."),
         (["channel180", "--from", "FOLDER"], "FOLDER has no settings.toml, so it is no output of a run."),
         (["threshold", "--report-only", "--out", "FOLDER"], "FOLDER/bed has no settings.toml, so it is no output"),
+        (["analysis_speed", "--samples", "0"], "--samples: is 0, but must be at least 1000"),
+        (["analysis_speed", "--collisions", "0.5"], "--collisions: invalid int value: '0.5'"),
         (["models", "--cells", "0"], "--cells: is 0, but must be at least 1"),
         (["models", "--flow-throughs", "-1"], "--flow-throughs is -1, but must be above 0."),
         (["models", "--flow-throughs", "nan"], "--flow-throughs: is nan, but must be a finite number"),
@@ -692,6 +696,13 @@ def test_mistakes_of_a_study_get_one_sentence(line, sentence, tmp_path, started,
     said = capsys.readouterr().err
     assert sentence.replace("FOLDER", str(tmp_path)) in said and said.count("\n") == 1
     assert not started
+
+
+def test_the_speed_of_the_analysis_is_measured_from_two_instants_on(capsys):
+    parser = argparse.ArgumentParser()
+    analysis_speed.add_options(parser)
+    assert analysis_speed.run(parser.parse_args(["--samples", "1e3", "--collisions", "0"])) == 0
+    assert '"samples": 1000, "collisions": 0,' in capsys.readouterr().out
 
 
 def test_a_preset_keeps_proportions_and_courant_number(tmp_path):
