@@ -1,7 +1,6 @@
 """The command line: subcommands, their options, and what each one does in a few calls."""
 
 import argparse
-import difflib
 import os
 import sys
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ from . import bed_options, bench_bed, bench_effects, bench_table, job, presets, 
 from . import cost as predict
 from . import lint as checks
 from .build import FOLDER, ROOT, build
-from .errors import NEAR, UserError, refused, unknown
+from .errors import UserError, no_option, refused, unknown
 from .machine import available_memory, processors
 from .numbers import finite, whole
 from .scenes import DEFAULT, all_scenes, choose_model, find_scene, read_variables
@@ -148,8 +147,9 @@ def study(options: argparse.Namespace) -> int:
     if options.name not in studies:
         raise unknown("study", options.name, studies)
     return run_study(
-        options.name, options.arguments, lambda prog, text: Parser(prog=prog, description=text), build
-    )
+        options.name, options.arguments,
+        lambda prog, text: Parser(prog=prog, description=text, allow_abbrev=False), build,
+    )  # fmt: skip
 
 
 def parser() -> tuple[Parser, dict[str, Parser]]:
@@ -270,10 +270,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         raise unknown("command", arguments[0], commands)
     options, left_over = top.parse_known_args(arguments)
     if left_over:
-        known = [flag for flag in commands[options.command]._option_string_actions]
-        near = difflib.get_close_matches(left_over[0].split("=")[0], known, n=1, cutoff=NEAR)
-        hint = f"; did you mean {near[0]}?" if near else ""
-        raise UserError(f"bedload {options.command} has no '{left_over[0]}'{hint}")
+        raise no_option(f"bedload {options.command}", left_over[0], commands[options.command]._option_string_actions)
     return options
 
 

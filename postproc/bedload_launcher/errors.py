@@ -29,3 +29,10 @@ def unknown(kind: str, found: str, known: Iterable[str]) -> UserError:
     return UserError(
         f"there is no {kind} '{found}'; the nearest is '{near[0]}' (all: {', '.join(names)})."
     )
+
+
+def no_option(command: str, found: str, known: Iterable[str]) -> UserError:
+    """The sentence for a word of the command line that nothing takes, with the nearest of the `known` options."""
+    near = difflib.get_close_matches(found.split("=")[0], list(known), n=1, cutoff=NEAR)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    return UserError(f"{command} has no '{found}'{hint}")

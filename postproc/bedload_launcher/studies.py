@@ -10,7 +10,7 @@ import importlib
 from collections.abc import Callable, Sequence
 
 from .build import ROOT
-from .errors import UserError, unknown
+from .errors import UserError, no_option, unknown
 
 FOLDER = ROOT / "postproc" / "bedload_studies"
 
@@ -42,7 +42,9 @@ def run_study(
     module = importlib.import_module(f"bedload_studies.{name}")
     parser = make_parser(f"bedload study {name}", studies[name])
     module.add_options(parser)
-    options = parser.parse_args(arguments)
+    options, left_over = parser.parse_known_args(arguments)
+    if left_over:
+        raise no_option(parser.prog, left_over[0], parser._option_string_actions)
     build()
     from bedload_post.outputs import MissingOutput  # needs packages, as the studies do
 
