@@ -15,6 +15,7 @@ from .outputs import MissingOutput, Run
 from .summary import Line
 
 ENTRY = Path(__file__).resolve().parents[1] / "show.py"
+LEAST_WIDTH = 80  # columns: a narrower terminal breaks the lines itself, and no digit is cut off
 
 
 def _or_note(console: Console, compute: Callable, otherwise):
@@ -30,8 +31,8 @@ def _print_lines(console: Console, title: str, lines: list[Line]) -> None:
     if not lines:
         return
     table = Table(title=title, title_justify="left", box=None, show_header=False, pad_edge=False)
-    table.add_column(min_width=26)
-    table.add_column(justify="right")
+    table.add_column(min_width=26, no_wrap=True)
+    table.add_column(justify="right", no_wrap=True)
     table.add_column(style="dim")
     for line in lines:
         table.add_row(line.what, line.value, line.note)
@@ -43,9 +44,9 @@ def _print_times(console: Console, rows: list[tuple[str, float, float]]) -> None
     if not rows:
         return
     table = Table(title="Where the time went", title_justify="left", box=None, pad_edge=False)
-    table.add_column("part")
-    table.add_column("seconds", justify="right")
-    table.add_column("share", justify="right")
+    table.add_column("part", no_wrap=True)
+    table.add_column("seconds", justify="right", no_wrap=True)
+    table.add_column("share", justify="right", no_wrap=True)
     for part, seconds, share in rows:
         table.add_row(part, f"{seconds:.1f}", f"{100 * share:.1f} %")
     console.print(table)
@@ -74,6 +75,8 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
     """
     run = Run(folder)
     console = Console(highlight=False)
+    if console.width < LEAST_WIDTH:
+        console = Console(highlight=False, width=LEAST_WIDTH)
     has_grains = _or_note(console, lambda: any(len(block) for block in run.sample_blocks(rows=1)), False)
     grains: list[Line] = []
     if has_grains:

@@ -1,5 +1,7 @@
 """From a made-up output folder to numbers, pictures and report."""
 
+import os
+import re
 import shutil
 import subprocess
 import sys
@@ -219,6 +221,17 @@ def test_a_full_disk_is_one_sentence(folder, tmp_path):
         ["/usr/bin/python3", "-I", "-B", SHOW, full, "--no-pictures"], capture_output=True, text=True
     )
     assert (done.returncode, done.stderr) == (1, f"{full / 'report.html'}: No space left on device\n")
+
+
+@pytest.mark.parametrize("columns", ["20", "60", "200"])
+def test_a_narrow_terminal_loses_no_digit(folder, columns):
+    done = subprocess.run(
+        ["/usr/bin/python3", "-I", "-B", SHOW, folder, "--no-pictures"], capture_output=True, text=True,
+        env=os.environ | {"COLUMNS": columns},
+    )  # fmt: skip
+    assert done.returncode == 0
+    assert re.search(r"^slip at markers, largest +2.00e-02 u_b", done.stdout, re.MULTILINE)
+    assert re.search(r"^immersed boundary +60.0 +20.0 %", done.stdout, re.MULTILINE)
 
 
 @pytest.mark.parametrize("frames", ["0", "-2"])
