@@ -8,6 +8,7 @@ import math
 import shutil
 import subprocess
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -87,7 +88,12 @@ def thinning(run: Run, since: float, most: int) -> int:
 
 
 def render(run: Run, file: Path, since: float, most: int = 250) -> int:
-    """Renders at most `most` frames from the time `since` to the end into `file`; returns their number."""
+    """Renders at most `most` frames from the time `since` to the end into `file`; returns their number.
+
+    Raises MissingOutput, before `file` is touched, where there is no mobile sphere to be shown.
+    """
+    if next(_chosen(run, since, 1, 1), None) is None:
+        raise MissingOutput(f"{run.folder} has no samples of mobile spheres after t = {since:g}.")
     every = thinning(run, since, most)
     bed, bed_radii = run.fixed_spheres()
     fixed_top = float((bed[:, 1] + bed_radii).max()) if len(bed) else 0.0
@@ -110,7 +116,7 @@ def render(run: Run, file: Path, since: float, most: int = 250) -> int:
     window = off_screen_window(renderer, SIZE)
 
     count, grains, caption = 0, None, None
-    with _encoder(file) as encoder:
+    with suppress(BrokenPipeError), _encoder(file) as encoder:  # ffmpeg that ends early has its status
         raw = encoder.stdin
         assert raw is not None  # a pipe, as _encoder asks for
         for time, part, row in _chosen(run, since, every, most):
@@ -129,8 +135,6 @@ def render(run: Run, file: Path, since: float, most: int = 250) -> int:
             grab.Update()
             raw.write(vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars()).tobytes())
             count += 1
-    if count == 0:
-        raise MissingOutput(f"{run.folder} has no samples of mobile spheres after t = {since:g}.")
     if encoder.returncode != 0:
         raise MissingOutput(f"ffmpeg ended with status {encoder.returncode}; no {file}.")
     return count

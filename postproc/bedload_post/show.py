@@ -1,6 +1,8 @@
 """Shows the result of a run: pictures, numbers on the terminal, report.html."""
 
 import argparse
+import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -120,6 +122,17 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
 
 
 def main() -> int:
+    """What the command line asks for; 141, as of SIGPIPE, when the reader of the output has gone."""
+    try:
+        status = _asked()
+        sys.stdout.flush()
+        return status
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what Python flushes at its end
+        return 128 + signal.SIGPIPE
+
+
+def _asked() -> int:
     parser = argparse.ArgumentParser(prog="show.py", description=__doc__, allow_abbrev=False)
     parser.add_argument("folder", type=Path, metavar="OUT", help="output folder of a run")
     parser.add_argument("--no-pictures", action="store_true", help="numbers and report only")
@@ -156,6 +169,8 @@ def main() -> int:
     except MissingOutput as missing:
         print(missing, file=sys.stderr)
         return 1
+    except BrokenPipeError:
+        raise
     except OSError as error:
         print(f"{error.filename or options.folder}: {error.strerror or error}", file=sys.stderr)
         return 1

@@ -13,7 +13,7 @@ import pytest
 from bedload_post import film, kept_page, path, picture, states, summary, transport
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import MissingOutput, Run
-from synthetic import wandering_story, write_run
+from synthetic import wandering_story, write_run, write_samples
 
 SHOW = Path(__file__).resolve().parents[2] / "postproc" / "show.py"
 
@@ -232,6 +232,27 @@ def test_a_narrow_terminal_loses_no_digit(folder, columns):
     assert done.returncode == 0
     assert re.search(r"^slip at markers, largest +2.00e-02 u_b", done.stdout, re.MULTILINE)
     assert re.search(r"^immersed boundary +60.0 +20.0 %", done.stdout, re.MULTILINE)
+
+
+def test_a_reader_that_goes_ends_it_without_a_word(folder):
+    """As `| head` does, here before the first line; status 141 is that of SIGPIPE."""
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run(
+        ["/usr/bin/python3", "-I", "-B", SHOW, folder, "--no-pictures"], stdout=write, stderr=subprocess.PIPE, text=True
+    )
+    os.close(write)
+    assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_a_film_of_no_grains_leaves_an_earlier_one_as_it_was(folder, tmp_path):
+    bare = shutil.copytree(folder, tmp_path / "bare")
+    write_samples(bare, {name: rows[:0] for name, rows in wandering_story().arrays(1, 16.0).items()})
+    (tmp_path / "film.mp4").write_text("earlier")
+    for run, since in ((bare, 0.0), (folder, 1e3)):
+        with pytest.raises(MissingOutput, match=f"{run} has no samples of mobile spheres after t = {since:g}."):
+            film.render(Run(run), tmp_path / "film.mp4", since)
+        assert (tmp_path / "film.mp4").read_text() == "earlier"
 
 
 @pytest.mark.parametrize("frames", ["0", "-2"])
