@@ -261,7 +261,10 @@ def duration(seconds: float) -> str:
 
 
 def memory(bytes_: float) -> str:
-    return f"{bytes_ / 1e9:.2f} GB" if bytes_ >= 1e9 else f"{bytes_ / 1e6:.0f} MB"
+    """Bytes as a person says them: 2.31 GB, 240 MB, 23.1 kB."""
+    if bytes_ >= 1e9:
+        return f"{bytes_ / 1e9:.2f} GB"
+    return f"{bytes_ / 1e6:.0f} MB" if bytes_ >= 1e6 else f"{bytes_ / 1e3:.1f} kB"
 
 
 def layer_verdict(cells: float) -> str:

@@ -207,6 +207,8 @@ def read_variables(scene: Scene, model: str | None, settings: Sequence[str]) -> 
         if not equals or not name.strip():
             raise UserError(f"--var is '{text}', but must be NAME=VALUE.")
         given[name.strip()] = value.strip()
+    if given and not scene.moves_grains:
+        raise UserError(f"scene '{scene.name}' has no in.liggghts, so --var {settings[-1]} says nothing.")
     known = scene.variables(given | ({"model": model} if model else {}))
     if "model" in given:
         raise UserError(f"--var model={given['model']}: the model is chosen by --model.")

@@ -116,6 +116,8 @@ def wish(options: argparse.Namespace) -> tuple[Wish, Scene | None]:
         raise UserError(f"--wet is {options.wet:g}, but must be at least 0.")
     if options.wet > 0.0 and scene is None:
         raise UserError(f"--wet runs a scene, but {options.where} is a box.")
+    if options.wet > 0.0 and scene is not None and not scene.moves_grains:
+        raise UserError(f"--wet runs a scene with the bed's grains, but '{scene.name}' has no in.liggghts.")
     if min(box) < 3.0 * diameter.max():
         raise UserError(f"the box is {min(box):g} wide, but a bed needs three diameters, {3.0 * diameter.max():g}.")
     tolerance = TOLERANCE if options.tolerance is None else options.tolerance

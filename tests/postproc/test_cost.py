@@ -124,6 +124,7 @@ def test_durations_and_memory_read_well():
     assert cost.duration(3 * 86400) == "3.0 days"
     assert cost.memory(2.5e9) == "2.50 GB"
     assert cost.memory(81e6) == "81 MB"
+    assert cost.memory(23104) == "23.1 kB"
 
 
 def test_cells_in_the_boundary_layer_go_with_the_grid():

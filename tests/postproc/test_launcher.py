@@ -760,6 +760,8 @@ def test_variables_of_included_scripts_may_be_set():
         scenes.read_variables(scene, "rpm", ["model=actm"])
     with pytest.raises(UserError, match="chosen by --out"):
         scenes.read_variables(scene, "rpm", ["out=elsewhere"])
+    with pytest.raises(UserError, match="scene 'channel180' has no in.liggghts, so --var density=2 says nothing."):
+        scenes.read_variables(scenes.find_scene("channel180"), None, ["density=2"])
 
 
 def test_a_checkout_that_may_only_be_read_is_not_built(tmp_path, monkeypatch):
