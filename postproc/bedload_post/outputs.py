@@ -168,6 +168,11 @@ class Run:
     def timing(self) -> dict[str, np.ndarray]:
         return self.table("timing.csv")
 
+    @property
+    def has_collisions(self) -> bool:
+        """Whether the run wrote of collisions; the table is there from the start, if a script asks for it."""
+        return (self.folder / COLLISIONS).is_file()
+
     def collisions(self) -> Collisions:
         """The collision table; empty where no collision has finished."""
         return self._contacts(COLLISIONS)

@@ -88,7 +88,7 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
         )
         grains = summary.grain_lines(run, phases)
         if pictures and summary.has_bed(run):
-            if len(phases.tag):
+            if len(phases.tag) and run.has_collisions:  # which tell the states
                 tag = path.chosen_grain(phases)
                 path.draw(run, phases, run.samples_of(tag), tag, folder / "path.png")
             bed_motion.draw(run, folder / "bed_motion.png")

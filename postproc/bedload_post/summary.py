@@ -85,7 +85,14 @@ def free_grain_lines(run: Run) -> list[Line]:
         lines.append(Line("mean velocity along gravity", f"{fall / count:.4g}", "second half of the record"))
     reynolds = float(np.mean(np.concatenate(last))) / run.viscosity
     lines.append(Line("Reynolds number at the end", f"{reynolds:.3g}", "2 R u_p / nu, fluid at rest"))
-    return [*lines, Line("finished collisions", f"{len(run.collisions())}")]
+    return [*lines, collision_line(run)]
+
+
+def collision_line(run: Run) -> Line:
+    """How many collisions have finished, where the run has written of them."""
+    if not run.has_collisions:
+        return Line("collisions, states", "unknown", "there is no collisions.csv")
+    return Line("finished collisions", f"{len(run.collisions())}")
 
 
 def grain_lines(run: Run, phases: Phases) -> list[Line]:
@@ -95,8 +102,10 @@ def grain_lines(run: Run, phases: Phases) -> list[Line]:
     lines = [
         Line("mobile grains", f"{len(tags_of(run))}"),
         Line("mean grain velocity", f"{fixed_point(mean_grain_velocity(run), 4)} u_b"),
-        Line("finished collisions", f"{len(run.collisions())}"),
+        collision_line(run),
     ]
+    if not run.has_collisions:  # without contacts no state can be told
+        return lines
     if len(phases.tag) == 0:
         return [*lines, Line("states", "none", "the record is too short for them")]
     for name, share in zip(NAMES, phases.shares(), strict=True):

@@ -10,7 +10,7 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from bedload_post import film, kept_page, path, picture, states, summary, transport
+from bedload_post import film, kept_page, path, picture, show, states, summary, transport
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import MissingOutput, Run
 from synthetic import wandering_story, write_run, write_samples
@@ -134,6 +134,21 @@ def test_a_run_without_collisions_or_grains(folder, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "Re_tau" in done.stdout
     assert "mobile grains" not in done.stdout
+
+
+def test_without_a_table_of_collisions_no_states_are_told(folder, tmp_path, monkeypatch):
+    """A script without fix collision/table: neither "0 collisions" nor "creeping 100 %" is a fact."""
+    bare = shutil.copytree(folder, tmp_path / "bare")
+    (bare / "collisions.csv").unlink()
+    found = values(summary.grain_lines(Run(bare), phases_of(Run(bare))))
+    assert found["collisions, states"] == "unknown"
+    assert set(found) == {"mobile grains", "mean grain velocity", "collisions, states"}
+    assert summary.free_grain_lines(Run(bare))[-1].note == "there is no collisions.csv"
+    monkeypatch.setattr(show, "_render", lambda *_: None)
+    for run, drawn in ((bare, False), (folder, True)):
+        (run / "path.png").unlink(missing_ok=True)
+        show.show(run)
+        assert (run / "path.png").is_file() == drawn
 
 
 def test_a_run_that_was_cut_off_says_why_it_shows_no_grains(folder, tmp_path):
