@@ -221,7 +221,7 @@ double FixLubrication::damping_in_collision(const Surfaces& s) const {
     if (!(w > 0)) continue;
     const double radius = atom->radius[k], added = contact::added_mass(radius, density);
     // An image comes as fast as its sphere.
-    const double image = s.mirrored ? 2 : 1, closeness = s.effective_radius / radius / image;
+    const double image = s.mirrored() ? 2 : 1, closeness = s.effective_radius / radius / image;
     const double lasting = contact::lasting_share(1 / w, added, closeness);
     const double age =
         contact::collision_layer_age(nu, s.collision_time, cell_size_, image * s.speed, lasting);
@@ -245,29 +245,24 @@ FixLubrication::End FixLubrication::end_at(const Surfaces& s) const {
   return End::none;
 }
 
-/// Whether the fluid's grid has surface j, which is there beside a script's own statement of its
-/// cells: all spheres, and of the walls those where its box ends.
-bool FixLubrication::fluid_knows(const Surfaces& s) const {
-  return s.j >= 0 || !fluid_cell_.live() || end_at(s) != End::none;
-}
-
 /// c of this step [kg/s]; may be below 0 in a collision.
 double FixLubrication::coefficient(const Surfaces& s, double opening) const {
   // An image is twice as far away as the plane of the mirror, and comes from there twice as fast.
-  const double image = s.mirrored ? 2 : 1, gap = image * s.gap;
+  const double image = s.mirrored() ? 2 : 1, gap = image * s.gap;
   const double way = image * std::abs(opening) * update->dt;
   double per_gap = contact::mean_inverse_gap(gap, way, smallest_gap_ * s.smaller_radius);
   if (cell_size_ > 0) {
     const double part = touching(s, opening);
-    if (fluid_knows(s)) {
-      const bool wall = s.j < 0 && !s.mirrored;
+    // The grid has all spheres, and of the walls those where its box ends.
+    if (s.end != End::none) {
+      const bool wall = s.j < 0 && !s.mirrored();
       const auto& share = wall ? contact::unresolved_at_wall : contact::unresolved_of_pair;
       per_gap *= share(std::max(0.0, gap) / cell_size_);
       if (s.colliding) per_gap -= (1 - s.weight) * part * contact::resolved_at_touch / cell_size_;
     }
     if (s.enduring) per_gap += part / (smallest_gap_ * s.smaller_radius);
   }
-  if (s.mirrored) per_gap *= contact::mirrored_share;
+  if (s.mirrored()) per_gap *= contact::mirrored_share;
   double c = per_gap * contact::lubrication_strength(viscosity_.get(), s.effective_radius);
   if (s.weight > 0) c += s.weight * touching(s, opening) * damping_in_collision(s);
   return c;
@@ -281,10 +276,10 @@ double FixLubrication::share_of_load(const Surfaces& s) const {
 
 void FixLubrication::add(const Surfaces& met) {
   Surfaces s = met;
-  s.mirrored = s.j < 0 && fluid_cell_.live() && end_at(s) == End::free_slip;
-  if (s.weight > 0) s.weight *= share_of_load(s);
   const auto outside = [&](int k) { return (atom->mask[k] & groupbit) == 0; };
   if (outside(s.i) || (s.j >= 0 && outside(s.j))) return;
+  if (s.j < 0 && fluid_cell_.live()) s.end = end_at(s);
+  if (s.weight > 0) s.weight *= share_of_load(s);
   const double* n = s.normal;
   Film film{s.i, s.j, 0,    {n[0], n[1], n[2]}, {0, 0, 0}, 0, s.j >= atom->nlocal ? 0.5 : 1.0,
             0,   0,   false};
@@ -307,18 +302,18 @@ void FixLubrication::add(const Surfaces& met) {
 /// the smallest gap.
 void FixLubrication::add_tangential(const Surfaces& s) {
   if (s.gap <= 0 && !s.enduring) return;
-  const bool wall = s.j < 0 && !s.mirrored;
-  const double apart = s.mirrored ? 2 * s.gap : s.gap;
+  const bool wall = s.j < 0 && !s.mirrored();
+  const double apart = s.mirrored() ? 2 * s.gap : s.gap;
   const double gap = std::max(apart, smallest_gap_ * s.smaller_radius);
   const contact::SlideAndRoll logarithms = contact::unresolved_logarithms(
       wall ? contact::tangential_unresolved_at_wall : contact::tangential_unresolved_of_pair,
       gap / cell_size_);
-  Tangential t{s.i, s.j, {s.normal[0], s.normal[1], s.normal[2]}, {0, 0, 0}, {}, s.mirrored};
+  Tangential t{s.i, s.j, {s.normal[0], s.normal[1], s.normal[2]}, {0, 0, 0}, {}, s.mirrored()};
   if (s.wall_velocity != nullptr) std::copy_n(s.wall_velocity, 3, t.wall_velocity.begin());
   const double mu = viscosity_.get(), a = atom->radius[s.i];
   t.film = wall ? contact::tangential_film_at_wall(mu, a, apart, logarithms)
-                : contact::tangential_film_of_pair(mu, a, s.mirrored ? a : atom->radius[s.j], apart,
-                                                   logarithms);
+                : contact::tangential_film_of_pair(mu, a, s.mirrored() ? a : atom->radius[s.j],
+                                                   apart, logarithms);
   tangential_.push_back(t);
 }
 

@@ -70,6 +70,9 @@ class FixLubrication : public LAMMPS_NS::Fix {
   /// @param wall fix of the wall; none: the pairs
   void prepare(const LAMMPS_NS::Fix* wall);
 
+  /// What the fluid's box has where a wall of the script stands; no_slip without a fluid, too.
+  enum class End { none, no_slip, free_slip };
+
   /// Two surfaces in range, as a contact model meets them.
   struct Surfaces {
     int i, j;                                 ///< local indices; j = -1: a wall
@@ -83,7 +86,9 @@ class FixLubrication : public LAMMPS_NS::Fix {
     double speed = 0;           ///< at the touch [m/s]
     double load = 0;            ///< load_acceleration when it began [m/s²]
     double collision_time = 0;  ///< T_c [s]
-    bool mirrored = false;      ///< the wall is a free-slip end of the fluid's box
+    End end = End::no_slip;     ///< of a wall; add() finds it
+    /// Whether surface j is the image of i behind a free-slip end.
+    bool mirrored() const { return end == End::free_slip; }
   };
   void add(const Surfaces& s);
 
@@ -125,9 +130,6 @@ class FixLubrication : public LAMMPS_NS::Fix {
     contact::TangentialFilm film;
     bool mirrored;  // j is the image of i
   };
-  /// What the fluid's box has where a wall of the script stands.
-  enum class End { none, no_slip, free_slip };
-
   /// In applied_: in how many collisions a sphere was that bear its load.
   int borne_column() const { return tangential_on_ ? 7 : 4; }
   bool sends_one() const { return sending_ == Sending::rates || sending_ == Sending::borne; }
@@ -147,7 +149,6 @@ class FixLubrication : public LAMMPS_NS::Fix {
   void forget();
   double touching(const Surfaces& s, double opening) const;
   End end_at(const Surfaces& s) const;
-  bool fluid_knows(const Surfaces& s) const;
   double coefficient(const Surfaces& s, double opening) const;
   double damping_in_collision(const Surfaces& s) const;
   double share_of_load(const Surfaces& s) const;

@@ -421,15 +421,20 @@ def test_a_restart_is_told_what_the_run_was_told(tmp_path, started, capsys):
     assert "time.end=9" not in started[-1]
 
 
-@pytest.mark.parametrize("steps", [0, 20])
-def test_a_restart_with_nothing_to_do_leaves_the_folder_as_it_was(tmp_path, started, monkeypatch, steps):
-    """Times of a run that made no step are no times, and a time.end that lies behind is none to go on with."""
-    out = tmp_path / "out"
+def first_part(folder):
+    """The output folder of a run that has come to step 100, and what its launch.json says."""
+    out = folder / "out"
     cli.run(cli.parse(["run", "setup2_small", "--model", "rpm", "--out", str(out)]))
     (out / "checkpoint_00000100").mkdir()
     for name in ("settings.toml", "timing.csv", "log.liggghts"):
         (out / name).write_text("of the first part")
-    before = (out / folders.LAUNCH).read_text()
+    return out, (out / folders.LAUNCH).read_text()
+
+
+@pytest.mark.parametrize("steps", [0, 20])
+def test_a_restart_with_nothing_to_do_leaves_the_folder_as_it_was(tmp_path, started, monkeypatch, steps):
+    """Times of a run that made no step are no times, and a time.end that lies behind is none to go on with."""
+    out, before = first_part(tmp_path)
 
     def programs(line, folder):
         if line[0] != "mpirun":  # the pictures
@@ -451,12 +456,7 @@ def test_a_restart_with_nothing_to_do_leaves_the_folder_as_it_was(tmp_path, star
 def test_a_refused_restart_leaves_the_folder_as_it_was(tmp_path, started, monkeypatch, began):
     """A mistake is not remembered, and the run's log and times keep their names; once bedload-fluid has opened its
     output the next part has begun."""
-    out = tmp_path / "out"
-    cli.run(cli.parse(["run", "setup2_small", "--model", "rpm", "--out", str(out)]))
-    (out / "checkpoint_00000100").mkdir()
-    for name in ("settings.toml", "timing.csv", "log.liggghts"):
-        (out / name).write_text("of the first part")
-    before = (out / folders.LAUNCH).read_text()
+    out, before = first_part(tmp_path)
 
     def programs(line, folder):
         assert "time.edn=120" in line and (out / "timing.part1.csv").is_file()
