@@ -60,7 +60,7 @@ def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
     assert -torque[2:] == pytest.approx(expected[2:], rel=0.05)
 
 
-def thrown(folder, pair, stokes=22.0, ratio=4.0, cells=6):
+def thrown(folder, pair, stokes, ratio=4.0, cells=6):
     """Speed over the first one at which a sphere goes away at a gap of D/10 from the plane that it was thrown at: a
     free-slip end of a box 3 D high, or the middle of one of 6 D, where another sphere comes from the other side."""
     scene = scenes.INPUTS / "validation" / "onto_sphere"
@@ -83,7 +83,8 @@ def thrown(folder, pair, stokes=22.0, ratio=4.0, cells=6):
     fluid = [str(BIN / "bedload-fluid"), str(scene / "fluid.toml"), "--out", str(folder / "out")]
     for setting in (
         f"grid.cells=[{4 * cells},{int(height) * cells},{4 * cells}]", f"grid.length=[4.0,{height},4.0]",
-        f"fluid.kinematic_viscosity={viscosity}", f"time.step={0.1 / (cells * cells * viscosity)}", "time.end=4.0",
+        f"fluid.kinematic_viscosity={viscosity}", f"time.step={min(0.25 / cells, 0.1 / (cells * cells * viscosity))}",
+        "time.end=4.0",
         'boundary.y=["no_slip","no_slip"]' if pair else 'boundary.y=["free_slip","no_slip"]',
     ):  # fmt: skip
         fluid += ["--set", setting]
@@ -99,6 +100,9 @@ def thrown(folder, pair, stokes=22.0, ratio=4.0, cells=6):
     return float(speed[(speed > 0) & (gap > 0.1)][0])
 
 
-def test_a_sphere_comes_back_as_from_its_image(tmp_path):
-    """St = 22. The film of a no-slip wall, four times as large, would let it come back 24 % slower than its twin."""
-    assert thrown(tmp_path / "mirror", False) == pytest.approx(thrown(tmp_path / "pair", True), rel=0.12)
+@pytest.mark.parametrize("stokes, bound", [(22.0, 0.1), (89.0, 0.05)])
+def test_a_sphere_comes_back_as_from_its_image(tmp_path, stokes, bound):
+    """Faster by 6 % at St = 22 and 2 % at 89, where it is 7 % slower if the collision pays to viscosity as at a no-slip
+    wall."""
+    twin = thrown(tmp_path / "pair", True, stokes)
+    assert thrown(tmp_path / "mirror", False, stokes) == pytest.approx(twin, rel=bound)
