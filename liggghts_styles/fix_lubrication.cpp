@@ -258,7 +258,7 @@ double FixLubrication::coefficient(const Surfaces& s, double opening) const {
       const bool wall = s.j < 0 && !s.mirrored();
       const auto& share = wall ? contact::unresolved_at_wall : contact::unresolved_of_pair;
       per_gap *= share(std::max(0.0, gap) / cell_size_);
-      if (s.colliding) per_gap -= (1 - s.weight) * part * contact::resolved_at_touch / cell_size_;
+      if (s.colliding) per_gap -= (1 - s.weight) * part * share.resolved_at_touch / cell_size_;
     }
     if (s.enduring) per_gap += part / (smallest_gap_ * s.smaller_radius);
   }

@@ -75,7 +75,11 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       keeps_force_(diffusion_is_implicit(settings, grid)),
       halo_(grid_, decomposition),
       mobile_halo_(grid_, decomposition),
-      scratch_(grid_, {1, decomposition.rows()}, 3) {}
+      scratch_(grid_, {1, decomposition.rows()}, 3) {
+  for (const std::size_t end : {0, 1})
+    if (settings.boundary.y[end] == Wall::free_slip)
+      free_slip_ends_.push_back(end == 0 ? 0.0 : grid.length[1]);
+}
 
 template <class Real>
 void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> spheres) {

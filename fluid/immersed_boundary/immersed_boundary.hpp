@@ -217,6 +217,7 @@ class ImmersedBoundary {
   void find_near_mobile();
   void restore_near_mobile();
   void weigh_mobile();
+  void weaken_beside_others(const SphereBins& mobile);
   using ByMarker = std::array<std::vector<Real>, 3>;
   void share_by_marker(ByMarker Mobile::*numbers, std::vector<Real> MarkerList<Real>::*found);
   void take_by_marker(const MarkerList<Real>& list, std::size_t component,
@@ -248,6 +249,7 @@ class ImmersedBoundary {
   double viscosity_;                                                         ///< kinematic
   double deferred_impulse_share_, deferred_angular_share_, pressure_share_;  ///< settings
   Vec3 gravity_;
+  std::vector<double> free_slip_ends_;  ///< their y [L]
   Exchange exchange_;
   int most_loops_;
   bool interior_term_;  ///< in the loads of the mobile spheres
@@ -273,9 +275,10 @@ class ImmersedBoundary {
   std::optional<SphereBins> fixed_bins_;
   double largest_fixed_ = 0.0;                   ///< radius [L]
   std::array<std::vector<int>, 3> near_mobile_;  ///< fixed markers within reach of mobile ones
-  MarkerHalo halo_;                              ///< rows of all spheres
-  MarkerHalo mobile_halo_;                       ///< rows of mobile spheres
-  std::vector<int> indices_;                     ///< 0, 1, 2, ...
+  std::array<std::vector<Real>, 3> kept_beside_mobile_;  ///< share of their volume, volume_beside()
+  MarkerHalo halo_;                                      ///< rows of all spheres
+  MarkerHalo mobile_halo_;                               ///< rows of mobile spheres
+  std::vector<int> indices_;                             ///< 0, 1, 2, ...
   Field<Real> scratch_;  ///< planes up to the highest sphere; zero between calls
   int planes_reached_ = 0, highest_reached_ = 0;
   double lightest_density_ = 0.0;  ///< of the mobile spheres on any rank; 0: none is known

@@ -14,12 +14,22 @@
 namespace bedload {
 namespace {
 
-/// Markers further than this, in cells, from a sphere share no cells of its markers' supports: two
-/// supports of 3 cells, less the markers' retraction. (Cells met only by the corners of both
-/// supports count as not shared; their weights are below 1e-3.)
-constexpr double shared_reach = 2.5;
+/// Markers further than this, in cells, from a sphere share no cells of its markers' supports (two
+/// supports of 3 cells, less the markers' retraction) and keep all of their volume.
+constexpr double shared_reach = volume_beside_to;
 
 constexpr std::array<std::size_t, 3> components{0, 1, 2};
+
+/// Lowers nearest[m], the distance of marker m from the nearest surface of others, to that from a
+/// sphere of `radius`, seen from whose centre the markers lie at `way` + offset.
+void take_nearer(const std::array<std::vector<double>, 3>& offsets, const Vec3& way, double radius,
+                 std::vector<double>& nearest) {
+  for (std::size_t m = 0; m < nearest.size(); ++m) {
+    const double x = way.x() + offsets[0][m], y = way.y() + offsets[1][m],
+                 z = way.z() + offsets[2][m];
+    nearest[m] = std::min(nearest[m], std::sqrt(x * x + y * y + z * z) - radius);
+  }
+}
 
 }  // namespace
 
@@ -184,6 +194,7 @@ void ImmersedBoundary<Real>::place_mobile(bool weighed) {
   restore_near_mobile();
   if (mobile_.empty()) return;
   weigh_mobile();
+  weaken_beside_others(*bins);
   share_volumes();
 }
 
@@ -214,6 +225,7 @@ void ImmersedBoundary<Real>::weigh_fixed() {
   }
   scratch_.fill(Real{});
   for (std::vector<int>& markers : near_mobile_) markers.clear();
+  for (std::vector<Real>& kept : kept_beside_mobile_) kept.clear();
 }
 
 /// Finds the fixed markers within reach of mobile spheres' markers.
@@ -222,8 +234,8 @@ void ImmersedBoundary<Real>::find_near_mobile() {
   if (fixed_.empty()) return;
   struct Pair {
     int fixed;
-    Vec3 way;      ///< from the mobile sphere's centre to the fixed one's
-    double reach;  ///< squared, from the mobile sphere's centre
+    Vec3 way;       ///< from the mobile sphere's centre to the fixed one's
+    double radius;  ///< of the mobile sphere
   };
   std::vector<Pair> pairs;
   const double reach = shared_reach * grid_.h;
@@ -234,35 +246,35 @@ void ImmersedBoundary<Real>::find_near_mobile() {
                         const Vec3 way = shortest_way(grid_, sphere.state.position, other.position);
                         const double most = sphere.state.radius + reach;
                         each_image(grid_, way, most + other.radius, [&](const Vec3& image) {
-                          pairs.push_back({n, image, most * most});
+                          pairs.push_back({n, image, sphere.state.radius});
                         });
                       });
   std::stable_sort(pairs.begin(), pairs.end(),
                    [](const Pair& a, const Pair& b) { return a.fixed < b.fixed; });
-  std::vector<char> near;  // by offset, of one fixed sphere
+  std::vector<double> nearest;  // distance from a mobile surface by offset, of one fixed sphere
   std::array<std::size_t, 3> next{};
   for (std::size_t first = 0; first < pairs.size();) {
     const int sphere = pairs[first].fixed;
     const auto& along = layouts_[static_cast<std::size_t>(
                                      layout_of(fixed_[static_cast<std::size_t>(sphere)].radius))]
                             .along;
-    near.assign(along[0].size(), 0);
+    nearest.assign(along[0].size(), reach);
     for (; first < pairs.size() && pairs[first].fixed == sphere; ++first) {
       const Pair& pair = pairs[first];
-      for (std::size_t m = 0; m < near.size(); ++m) {
-        const double x = pair.way.x() + along[0][m], y = pair.way.y() + along[1][m],
-                     z = pair.way.z() + along[2][m];
-        near[m] |= static_cast<char>(x * x + y * y + z * z < pair.reach);
-      }
+      take_nearer(along, pair.way, pair.radius, nearest);
     }
     for (const std::size_t c : components) {
       const MarkerList<Real>& list = fixed_lists_[c];
       std::size_t& range = next[c];
       while (range < list.ranges.size() && list.ranges[range].sphere < sphere) ++range;
       if (range == list.ranges.size() || list.ranges[range].sphere != sphere) continue;
-      for (int m = list.ranges[range].begin; m < list.ranges[range].end; ++m)
-        if (near[static_cast<std::size_t>(list.offset[static_cast<std::size_t>(m)])])
-          near_mobile_[c].push_back(m);
+      for (int m = list.ranges[range].begin; m < list.ranges[range].end; ++m) {
+        const double distance =
+            nearest[static_cast<std::size_t>(list.offset[static_cast<std::size_t>(m)])];
+        if (distance >= reach) continue;
+        near_mobile_[c].push_back(m);
+        kept_beside_mobile_[c].push_back(static_cast<Real>(volume_beside(distance / grid_.h)));
+      }
     }
   }
 }
@@ -276,6 +288,7 @@ void ImmersedBoundary<Real>::restore_near_mobile() {
       fixed_lists_[c].volume[n] = Real{1} / fixed_row_sums_[c][n];
     }
     near_mobile_[c].clear();
+    kept_beside_mobile_[c].clear();
   }
 }
 
@@ -298,6 +311,56 @@ void ImmersedBoundary<Real>::weigh_mobile() {
   for (const std::size_t c : components) clear_supports(fixed_lists_[c], near_mobile_[c], scratch_);
   for (const Mobile& sphere : mobile_) clear_around(sphere.state, grid_, decomposition_, scratch_);
   mobile_halo_.clear_touched(scratch_);
+}
+
+/// Takes from markers what they do not stand for beside the surfaces of other spheres, one of which
+/// at least can move (volume_beside()).
+template <class Real>
+void ImmersedBoundary<Real>::weaken_beside_others(const SphereBins& mobile) {
+  const double reach = volume_beside_to * grid_.h;
+  std::vector<double> nearest;  // by offset, of one sphere
+  std::array<std::size_t, 3> next{};
+  for (std::size_t n = 0; n < mobile_.size(); ++n) {
+    const SphereState& sphere = mobile_[n].state;
+    const auto& along = layouts_[static_cast<std::size_t>(layout_of(sphere.radius))].along;
+    nearest.assign(along[0].size(), reach);
+    bool beside_another = false;
+    const auto meet = [&](const Vec3& way, double radius) {
+      take_nearer(along, way, radius, nearest);
+      beside_another = true;
+    };
+    const auto look_at = [&](const SphereState& other) {
+      each_image(grid_, shortest_way(grid_, other.position, sphere.position),
+                 sphere.radius + other.radius + reach, [&](const Vec3& way) {
+                   if (&other != &sphere || way.norm() > 0.0) meet(way, other.radius);
+                 });
+    };
+    // A free-slip end is the plane of symmetry between a sphere and its image.
+    for (const double end : free_slip_ends_)
+      if (const double way = 2.0 * (sphere.position.y() - end);
+          std::abs(way) < 2.0 * sphere.radius + reach)
+        meet(Vec3(0.0, way, 0.0), sphere.radius);
+    mobile.near(sphere.position, sphere.radius + largest_mobile_ + reach,
+                [&](int m) { look_at(mobile_[static_cast<std::size_t>(m)].state); });
+    if (!fixed_.empty())
+      fixed_bins_->near(sphere.position, sphere.radius + largest_fixed_ + reach,
+                        [&](int m) { look_at(fixed_[static_cast<std::size_t>(m)]); });
+    if (!beside_another) continue;
+    for (const std::size_t c : components) {
+      MarkerList<Real>& list = mobile_lists_[c];
+      std::size_t& range = next[c];
+      while (range < list.ranges.size() && list.ranges[range].sphere < static_cast<int>(n)) ++range;
+      if (range == list.ranges.size() || list.ranges[range].sphere != static_cast<int>(n)) continue;
+      for (auto m = static_cast<std::size_t>(list.ranges[range].begin);
+           m < static_cast<std::size_t>(list.ranges[range].end); ++m)
+        list.volume[m] *= static_cast<Real>(
+            volume_beside(nearest[static_cast<std::size_t>(list.offset[m])] / grid_.h));
+    }
+  }
+  for (const std::size_t c : components)
+    for (std::size_t m = 0; m < near_mobile_[c].size(); ++m)
+      fixed_lists_[c].volume[static_cast<std::size_t>(near_mobile_[c][m])] *=
+          kept_beside_mobile_[c][m];
 }
 
 template int ImmersedBoundary<float>::highest_reached_here() const;

@@ -36,18 +36,17 @@ inline double lubrication_strength(double viscosity, double effective_radius) {
   return 6 * pi * viscosity * effective_radius * effective_radius;
 }
 
-/// S(s) = exp(-a s - b s²), s = ζ/h: how much of the film the grid does not resolve.
+/// S(s) = exp(-a s - b s²), s = ζ/h: how much of the film the grid does not resolve; and G.
 struct UnresolvedShare {
   double linear, square;
+  double resolved_at_touch;  ///< G
   double operator()(double cells) const { return std::exp(-cells * (linear + square * cells)); }
 };
-/// A wall lies on the grid and keeps its no-slip condition exactly; of two spheres both are
-/// smeared.
-inline constexpr UnresolvedShare unresolved_at_wall{2.4, 0.0};
-inline constexpr UnresolvedShare unresolved_of_pair{2.6, 3.1};
-
-/// G: of walls and pairs, while the surfaces touch.
-inline constexpr double resolved_at_touch = 2.65;
+/// A wall lies on the grid and keeps its no-slip condition exactly; where two spheres share cells
+/// the markers of either stand back (fluid/immersed_boundary/README.md, "Surfaces in the same
+/// cells").
+inline constexpr UnresolvedShare unresolved_at_wall{2.4, 0.0, 2.65};
+inline constexpr UnresolvedShare unresolved_of_pair{0.93, 1.75, 1.1};
 
 /// A free-slip wall is the plane of symmetry between a sphere and its image, with R_eff = R/2 at
 /// twice the gap, which opens at 2 g_n:

@@ -302,21 +302,23 @@ TEST(Lubrication, StepsAddUpToTheIntegralOverTheGaps) {
   EXPECT_DOUBLE_EQ(mean_inverse_gap(1e-7, 0, smallest), 1e6);
 }
 
-// The measured missing forces at D/h = 12 (`./bedload study validation film`), of the film's
-// leading term: 0.776, 0.481, 0.246, 0.100, 0.026 at walls, 0.75, 0.35, 0.07 between spheres.
+// The measured missing forces (`./bedload study validation film`), of the film's leading term:
+// 0.776, 0.481, 0.246, 0.100, 0.026 at walls (D/h = 12), 0.911, 0.685, 0.354, 0.054 and 0.878,
+// 0.618, 0.290, 0.014 between spheres (D/h = 8, 12), means of which stand here.
 TEST(Lubrication, ShareThatTheGridDoesNotResolve) {
   const double cells[] = {0.1, 0.3, 0.6, 1.0, 2.0};
-  const double wall[] = {0.776, 0.481, 0.246, 0.100, 0.026}, pair[] = {0.75, 0.35, 0.07, 0, 0};
+  const double wall[] = {0.776, 0.481, 0.246, 0.100, 0.026},
+               pair[] = {0.894, 0.651, 0.322, 0.034, 0};
   for (int n = 0; n < 5; ++n) {
     EXPECT_NEAR(unresolved_at_wall(cells[n]), wall[n], 0.02) << cells[n];
-    EXPECT_NEAR(unresolved_of_pair(cells[n]), pair[n], 0.02) << cells[n];
+    EXPECT_NEAR(unresolved_of_pair(cells[n]), pair[n], 0.035) << cells[n];
   }
   EXPECT_EQ(unresolved_at_wall(0), 1);
   EXPECT_EQ(unresolved_of_pair(0), 1);
   // What the grid resolves as the surfaces meet, (1 - S)/s for s -> 0, is what it resolves in
   // touch.
-  EXPECT_NEAR(unresolved_at_wall.linear, resolved_at_touch, 0.3);
-  EXPECT_NEAR(unresolved_of_pair.linear, resolved_at_touch, 0.3);
+  EXPECT_NEAR(unresolved_at_wall.linear, unresolved_at_wall.resolved_at_touch, 0.3);
+  EXPECT_NEAR(unresolved_of_pair.linear, unresolved_of_pair.resolved_at_touch, 0.3);
 }
 
 // A sphere kicked in fluid at rest, M u' = -F_B, F_B = 6 R² ρf sqrt(πν) (u_0/sqrt(t) + ∫

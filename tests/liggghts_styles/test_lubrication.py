@@ -56,7 +56,7 @@ def gaps(scene, state):
 
 def unresolved(cells, pair):
     """Share of the film that a grid does not resolve (formulas/lubrication.hpp, measured)."""
-    return np.exp(-2.6 * cells - 3.1 * cells**2) if pair else np.exp(-2.4 * cells)
+    return np.exp(-0.93 * cells - 1.75 * cells**2) if pair else np.exp(-2.4 * cells)
 
 
 def with_grid(h):
@@ -81,7 +81,7 @@ def test_only_what_the_grid_lacks(tmp_path):
             unresolved(passed / h, pair) / passed, passed
         )
         assert mine == pytest.approx(t, rel=5e-3)
-        assert whole > 1.3 * t
+        assert whole > 1.2 * t
 
 
 FLIGHT_H, FLIGHT_E = 1e-3, 0.9
@@ -116,7 +116,7 @@ def flown(folder, substeps, phase, film, pair=False):
 def test_a_flight_through_the_film(tmp_path, substeps, pair):
     """Speed lost on the way in and out: (6πμR²/m) ∫ S(ζ/h)/max(ζ, ζ_min) dζ each, whatever the phase of the
     step in which the surfaces touch. In the collision, stretched over ten fluid steps, the grid's own film
-    of 2.65 cells would take (6πμR²/m) (2.65/h) ∫ v dδ / u on either way, which the fix gives (there is no
+    of G = 2.65 (pair: 1.1) would take (6πμR²/m) (G/h) ∫ v dδ / u on either way, which the fix gives (there is no
     fluid here to take it back); ∫ v dδ = 0.8175 u δ_max and δ_max = 0.34 u T_c of a motion without damping."""
     smallest = 1e-3 * D / 2
     gap = np.concatenate([np.linspace(0, smallest, 100), np.geomspace(smallest, 2 * FLIGHT_H, 4000)[1:]])
@@ -128,9 +128,9 @@ def test_a_flight_through_the_film(tmp_path, substeps, pair):
         speed, out = flown(tmp_path / str(n), substeps, phase, "", pair)
         found.append(out)
     impact = speed - film
-    extra = 0.8175 * strength * 2.65 / FLIGHT_H * 0.34 * impact * 10e-3
+    extra = 0.8175 * strength * (1.1 if pair else 2.65) / FLIGHT_H * 0.34 * impact * 10e-3
     expected = FLIGHT_E * (impact + extra) + extra - film
-    assert 0.04 < film / speed < 0.12 and extra > 0.02 * speed
+    assert 0.04 < film / speed < 0.12 and extra > (0.01 if pair else 0.02) * speed
     # The damping of e = 0.9 changes δ_max by some percent; with one step of half a millimetre the share S
     # is taken at one gap of each step.
     assert np.mean(found) == pytest.approx(expected, abs=(0.1 if substeps == 1 else 0.04) * (film + extra))

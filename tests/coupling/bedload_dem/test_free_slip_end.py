@@ -26,7 +26,7 @@ def exponential_integral(x):
 
 
 def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
-    """F = 6 π μ (R/2)² S(2ζ/h) 2v/(2ζ), S(s) = exp(-2.6 s - 3.1 s²) of a pair; the torque of two that turn against
+    """F = 6 π μ (R/2)² S(2ζ/h) 2v/(2ζ), S(s) = exp(-0.93 s - 1.75 s²) of a pair; the torque of two that turn against
     each other, T = a² 4.8 π μ (R/2) E1(3.3 2ζ/h) ω/2, a = R + ζ. At a no-slip wall both are four times as large and
     more."""
     text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
@@ -51,7 +51,7 @@ def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
     y, v, spin, force, torque = np.array(rows, dtype=float).T[1:]
     assert len(y) == STEPS * SUBSTEPS + 1
     gap, apart = TOP - RADIUS - y, 2.0 * (TOP - RADIUS - y) / CELL
-    unresolved = np.exp(-apart * (2.6 + 3.1 * apart))
+    unresolved = np.exp(-apart * (0.93 + 1.75 * apart))
     expected = 6.0 * np.pi * VISCOSITY * (0.5 * RADIUS) ** 2 * unresolved * 2.0 * v / (2.0 * gap)
     assert -force[2:] == pytest.approx(expected[2:], rel=0.01)
     logarithm = np.array([exponential_integral(3.3 * cells) for cells in apart])
