@@ -86,6 +86,7 @@ void CoupledRun::run(int narg, char** arg) {
   warn_without_walls(lmp, fluid->names_fixed());
   warn_without_spin(lmp);
   warn_of_partly_held(lmp);
+  warn_of_contacts_through_both_sides(lmp);
   prepare(*fluid, std::max<std::int64_t>(0, behind), most_steps);
 
   moved_ = true;

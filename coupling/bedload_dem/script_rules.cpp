@@ -1,16 +1,21 @@
 #include "coupling/bedload_dem/script_rules.hpp"
 
 #include <fmt/format.h>
+#include <mpi.h>
 
 #include <algorithm>
+#include <functional>
 #include <string_view>
+#include <vector>
 
+#include "atom.h"
 #include "comm.h"
 #include "coupling/bedload_dem/script_gravity.hpp"
 #include "domain.h"
 #include "error.h"
 #include "fix.h"
 #include "fix_move.h"
+#include "force.h"
 #include "lammps.h"
 #include "liggghts_styles/find_fix.hpp"
 #include "liggghts_styles/keywords.hpp"
@@ -74,6 +79,35 @@ void warn_without_spin(LAMMPS_NS::LAMMPS* lmp) {
                   "they slide where they should roll; write 'fix {} GROUP nve/sphere'",
                   mover->style, mover->id, mover->id)
           .c_str());
+}
+
+void warn_of_contacts_through_both_sides(LAMMPS_NS::LAMMPS* lmp) {
+  const LAMMPS_NS::Atom& atom = *lmp->atom;
+  const LAMMPS_NS::Domain& domain = *lmp->domain;
+  if (lmp->force->pair == nullptr) return;
+  std::vector<double> largest(2, 0.0);  // diameters; 0: there is none
+  for (int i = 0; i < atom.nlocal; ++i) {
+    largest.push_back(2.0 * atom.radius[i]);
+    std::partial_sort(largest.begin(), largest.begin() + 2, largest.end(), std::greater<>());
+    largest.resize(2);
+  }
+  int ranks = 1;
+  MPI_Comm_size(lmp->world, &ranks);
+  std::vector<double> all(2 * static_cast<std::size_t>(ranks));
+  MPI_Allgather(largest.data(), 2, MPI_DOUBLE, all.data(), 2, MPI_DOUBLE, lmp->world);
+  std::partial_sort(all.begin(), all.begin() + 2, all.end(), std::greater<>());
+  constexpr double close_by = 1.01;  // a contact is remembered until its surfaces are so far apart
+  const double narrow = all[1] > 0.0 ? close_by * (all[0] + all[1]) : 0.0;
+  for (const int d : {0, 1, 2})
+    if (domain.periodicity[d] != 0 && domain.prd[d] < narrow && lmp->comm->me == 0)
+      lmp->error->warning(
+          FLERR,
+          fmt::format("fix couple/fluid: the box is {:.4g} long along {}, where it is periodic: "
+                      "spheres of diameters {:.4g} and {:.4g} that touch through both sides at "
+                      "once exchange what their two contacts remember and gain energy; from {:.4g} "
+                      "on they cannot",
+                      domain.prd[d], "xyz"[d], all[0], all[1], narrow)
+              .c_str());
 }
 
 void warn_of_partly_held(LAMMPS_NS::LAMMPS* lmp) {

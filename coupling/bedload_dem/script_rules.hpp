@@ -24,6 +24,11 @@ void warn_without_walls(LAMMPS_NS::LAMMPS* lmp, bool fixed_spheres);
 /// would come to nothing.
 void warn_without_spin(LAMMPS_NS::LAMMPS* lmp);
 
+/// Warns where two spheres can touch each other through both sides of a periodic box: LIGGGHTS
+/// keeps what a contact remembers by the partner's number alone, so that each of the two contacts
+/// goes on with the other's. Collective.
+void warn_of_contacts_through_both_sides(LAMMPS_NS::LAMMPS* lmp);
+
 /// Warns of a fix move with NULL for a direction, which it leaves to forces: collisions and films
 /// take its spheres as held in all directions.
 void warn_of_partly_held(LAMMPS_NS::LAMMPS* lmp);

@@ -139,3 +139,10 @@ def test_grains_that_never_turn_are_warned_of(results):
     assert result.status == 0, result.output
     assert result.output.count("fix nve (id motion) moves spheres without turning them") == 1
     assert "without turning" not in results["unequal grains later"].output  # there nve/sphere
+
+
+def test_a_box_in_which_spheres_touch_on_both_sides_is_warned_of(results):
+    """That of the scene is two diameters long along z; a hundredth is for contacts that are remembered."""
+    said = results["grains that never turn"].output
+    assert said.count("touch through both sides at once") == 1
+    assert "2 long along z" in said and "from 2.02 on they cannot" in said
