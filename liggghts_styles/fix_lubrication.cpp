@@ -152,15 +152,16 @@ void FixLubrication::setup_pre_force(int) {
 void FixLubrication::pre_force(int) {
   forget();
   if (!knows_loads()) return;
-  if (!loads_stale_ && loads_known_ == loads_received_.get()) return;  // they hold for some steps
-  loads_stale_ = false;
-  loads_known_ = loads_received_.get();
-  loads_.resize(atom->nlocal + atom->nghost);
-  for (int i = 0; i < atom->nlocal; ++i) {
-    const double w = inverse_mass(i);
-    for (int d = 0; d < 3; ++d) loads_[i][d] = w * fluid_force_->array_atom[i][d];
+  if (loads_stale_ || loads_known_ != loads_received_.get()) {
+    loads_stale_ = false;
+    loads_known_ = loads_received_.get();
+    loads_.resize(atom->nlocal + atom->nghost);
+    for (int i = 0; i < atom->nlocal; ++i) {
+      const double w = inverse_mass(i);
+      for (int d = 0; d < 3; ++d) loads_[i][d] = w * fluid_force_->array_atom[i][d];
+    }
+    send(Sending::loads);
   }
-  send(Sending::loads);
   borne_.resize(atom->nlocal + atom->nghost);
   for (int i = 0; i < atom->nlocal; ++i) borne_[i] = applied_->array_atom[i][borne_column()];
   send(Sending::borne);
