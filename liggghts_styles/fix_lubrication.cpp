@@ -306,9 +306,9 @@ void FixLubrication::add_tangential(const Surfaces& s) {
   const bool wall = s.j < 0 && !s.mirrored();
   const double apart = s.mirrored() ? 2 * s.gap : s.gap;
   const double gap = std::max(apart, smallest_gap_ * s.smaller_radius);
-  const contact::SlideAndRoll logarithms = contact::unresolved_logarithms(
-      wall ? contact::tangential_unresolved_at_wall : contact::tangential_unresolved_of_pair,
-      gap / cell_size_);
+  const double cells = gap / cell_size_;
+  const contact::SlideAndRoll logarithms = wall ? contact::unresolved_logarithms_at_wall(cells)
+                                                : contact::unresolved_logarithms_of_pair(cells);
   Tangential t{s.i, s.j, {s.normal[0], s.normal[1], s.normal[2]}, {0, 0, 0}, {}, s.mirrored()};
   if (s.wall_velocity != nullptr) std::copy_n(s.wall_velocity, 3, t.wall_velocity.begin());
   const double mu = viscosity_.get(), a = atom->radius[s.i];

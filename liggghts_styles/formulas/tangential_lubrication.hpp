@@ -28,11 +28,12 @@
 /// What a fluid grid of spacing h lacks of it: the film between the gaps z and z + dz adds dz/z to
 /// the logarithm, of which the grid does not resolve the share S(z/h), as of the squeezing force
 /// (formulas/lubrication.hpp). Λ is the sum over all gaps wider than this one,
-///     Λ = ∫_ζ^∞ S(z/h) dz/z = E1(k ζ/h)   for S = exp(-k z/h),
-/// which is ln(0.56 h/(k ζ)) at small gaps and nothing at wide ones. k is measured with spheres
-/// held at gaps of 0.05 to 1 h that say they slide, turn, or turn against each other, 8 and 12
-/// cells to a diameter, Stokes flow (`./bedload study validation sliding`). It lies near that of
-/// the squeezing force, 2.4 at walls and 2.6 (and falling off faster) between spheres.
+///     Λ = ∫_ζ^∞ S(z/h) dz/z = E1(k ζ/h)        for S = exp(-k z/h), beside walls,
+///                           = E1(k ζ²/h²)/2    for S = exp(-k z²/h²), between spheres,
+/// which is ln(0.56 h/(k ζ)) and ln(0.75 h/(√k ζ)) at small gaps and nothing at wide ones. k is
+/// measured with spheres held at gaps of 0.05 to 2 h that say they slide, turn, or turn against
+/// each other, Stokes flow (`./bedload study validation sliding`; beside walls 8 and 12 cells to a
+/// diameter, between spheres 8).
 ///
 /// Symbols: μ dynamic viscosity [Pa s]; ζ surface gap [m]; n unit vector from j to i; a, b radii
 /// [m]; v velocity of i relative to j, ω spins [1/s]. The arms a and b reach to the middle of the
@@ -50,7 +51,7 @@ struct SlideAndRoll {
 
 /// k: of the share that the grid does not resolve.
 inline constexpr SlideAndRoll tangential_unresolved_at_wall{3.1, 2.4};
-inline constexpr SlideAndRoll tangential_unresolved_of_pair{3.3, 3.3};
+inline constexpr SlideAndRoll tangential_unresolved_of_pair{0.55, 3.5};
 
 /// Λ = E1(x), x = k ζ/h > 0, to 2e-7 for x < 1 and 5e-5 of itself above (Abramowitz and Stegun,
 /// Handbook of Mathematical Functions, 5.1.53 and 5.1.54).
@@ -65,9 +66,16 @@ inline double unresolved_logarithm(double x) {
   return std::exp(-x) / x * (x * (x + 2.334733) + 0.250621) / (x * (x + 3.330657) + 1.681534);
 }
 
-/// Λ of both motions, k ζ/h being the arguments.
-inline SlideAndRoll unresolved_logarithms(const SlideAndRoll& k, double cells) {
+/// Λ of both motions. @param cells ζ/h
+inline SlideAndRoll unresolved_logarithms_at_wall(double cells) {
+  constexpr SlideAndRoll k = tangential_unresolved_at_wall;
   return {unresolved_logarithm(k.slide * cells), unresolved_logarithm(k.roll * cells)};
+}
+inline SlideAndRoll unresolved_logarithms_of_pair(double cells) {
+  constexpr SlideAndRoll k = tangential_unresolved_of_pair;
+  const double square = cells * cells;
+  return {0.5 * unresolved_logarithm(k.slide * square),
+          0.5 * unresolved_logarithm(k.roll * square)};
 }
 
 /// The two dampers [kg/s], and the bodies that they act between.

@@ -27,7 +27,7 @@ def exponential_integral(x):
 
 def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
     """F = 6 π μ (R/2)² S(2ζ/h) 2v/(2ζ), S(s) = exp(-0.93 s - 1.75 s²) of a pair; the torque of two that turn against
-    each other, T = a² 4.8 π μ (R/2) E1(3.3 2ζ/h) ω/2, a = R + ζ. At a no-slip wall both are four times as large and
+    each other, T = a² 4.8 π μ (R/2) E1(3.5 (2ζ/h)²)/2 ω/2, a = R + ζ. At a no-slip wall both are four times as large and
     more."""
     text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
     for found, given in (
@@ -54,7 +54,7 @@ def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
     unresolved = np.exp(-apart * (0.93 + 1.75 * apart))
     expected = 6.0 * np.pi * VISCOSITY * (0.5 * RADIUS) ** 2 * unresolved * 2.0 * v / (2.0 * gap)
     assert -force[2:] == pytest.approx(expected[2:], rel=0.01)
-    logarithm = np.array([exponential_integral(3.3 * cells) for cells in apart])
+    logarithm = np.array([0.5 * exponential_integral(3.5 * cells**2) for cells in apart])
     expected = (RADIUS + gap) ** 2 * 4.8 * np.pi * VISCOSITY * (0.5 * RADIUS) * logarithm * 0.5 * spin
     # Of the step before, in which the spin was up to 3 % larger.
     assert -torque[2:] == pytest.approx(expected[2:], rel=0.05)
