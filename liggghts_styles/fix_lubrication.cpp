@@ -26,7 +26,7 @@ constexpr double default_gap = 1e-3;  // radii
 constexpr double published_gap = 3e-3;
 constexpr double tolerance = 1e-8;  // of the films' forces, far below what the formula is good for
 constexpr int most_iterations = 200;
-constexpr double unresolved_cells = 0.65;  // `./bedload study validation film`
+constexpr double unresolved_cells = 1.0;  // `./bedload study validation film`
 }  // namespace
 
 FixLubrication* find_lubrication(LAMMPS_NS::LAMMPS* lmp) {
