@@ -343,8 +343,7 @@ HistoryRow RunOutput<Real>::history_row() const {
       .forcing_work = density * work.forcing,
       .viscous_work = density * work.viscous,
       .convective_work = density * work.convective,
-      .u_tau_driving =
-          u_tau_of_driving(driving, settings_.reference.height, settings_.fluid.density),
+      .u_tau_driving = u_tau_of_driving(driving, settings_),
       .wall_stress_lower = wall_stress[0],
       .wall_stress_upper = wall_stress[1],
       .max_divergence = channel.max_divergence(),

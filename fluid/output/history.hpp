@@ -21,7 +21,7 @@ struct HistoryRow {
   double forcing_work = 0.0;       ///< of the markers on the flow, last step [M/(L T^3)]
   double viscous_work = 0.0;       ///< of viscosity, as the stages took it (energy_account.hpp)
   double convective_work = 0.0;    ///< of convection, likewise: an error of the time scheme
-  double u_tau_driving = 0.0;      ///< sqrt(driving times depth / density) [L/T]
+  double u_tau_driving = 0.0;      ///< of the driving force (derived_numbers.hpp) [L/T]
   double wall_stress_lower = 0.0;  ///< mean of the lower y wall along x [M/(L T^2)]
   double wall_stress_upper = 0.0;
   double max_divergence = 0.0;     ///< largest |div u| [1/T]

@@ -12,7 +12,7 @@ namespace {
 const char* words(FrictionSource source) {
   switch (source) {
     case FrictionSource::driving:
-      return "from the driving force over reference.height";
+      return "from the driving force";
     case FrictionSource::laminar:
       return "of laminar flow over a smooth wall";
     case FrictionSource::smooth_wall:

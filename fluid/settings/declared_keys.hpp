@@ -219,9 +219,9 @@ void declare_keys(Settings& s, Visitor& key) {
              "Velocity u_b of the derived numbers.");
   key.number(
       "reference.height", s.reference.height, "L", positive, Need::optional,
-      "Flow depth H of the derived numbers: from the bed's top to the free surface; between two "
-      "no-slip walls half of their distance where the flow is turbulent, all of it where it is "
-      "laminar.");
+      "Flow depth H of the derived numbers: from the bed's top to the free surface or the upper "
+      "no-slip wall; between two no-slip walls also half of that, which it is taken for where 2 H "
+      "is the box's height above start.height to within 5 %.");
   key.number("reference.diameter", s.reference.diameter, "L", positive, Need::optional,
              "Sphere diameter D of the derived numbers.");
   key.number("reference.sphere_density", s.reference.sphere_density, "M/L^3", not_negative,

@@ -327,6 +327,14 @@ double Settings::constant_driving() const {
   return 0.0;
 }
 
+double Settings::driven_height() const {
+  constexpr double near = 0.05;  // the top of a bed of grains is known no better
+  if (boundary.y[0] != Wall::no_slip || boundary.y[1] != Wall::no_slip) return reference.height;
+  const double clear = grid.length[1] - start.height;
+  const bool is_half = std::abs(2.0 * reference.height - clear) <= near * clear;
+  return is_half ? reference.height : 0.5 * reference.height;
+}
+
 std::string Settings::beside(const std::string& name) const {
   return (std::filesystem::path(file).parent_path() / name).string();
 }

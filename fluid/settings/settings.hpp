@@ -33,6 +33,11 @@ struct Settings {
   /// Driving force per volume along x that the settings fix: of a pressure gradient, or of gravity
   /// down a slope [M/(L^2 T^2)]; 0 where none is fixed.
   double constant_driving() const;
+  /// Height over which a driving force G per volume is borne by one wall or the bed on it, whose
+  /// stress is G times it [L]: reference.height; between two no-slip y walls half of the distance
+  /// that the flow has there. That distance is reference.height, or twice that where it fills the
+  /// height above start.height to within 5 %.
+  double driven_height() const;
 
   std::string title = "bedload";
   struct Grid {

@@ -499,7 +499,7 @@ void Statistics<Real>::fill_friction(FlowStatistics& s) const {
       ++walls;
       stress += std::abs(s.wall_stress[end]);
     }
-  stress = clear && walls > 0 ? stress / walls : std::abs(s.driving) * settings_.reference.height;
+  stress = clear && walls > 0 ? stress / walls : std::abs(s.driving) * settings_.driven_height();
   s.u_tau = std::sqrt(stress / settings_.fluid.density);
   s.re_tau = s.u_tau * settings_.reference.height / settings_.fluid.kinematic_viscosity;
   // Pressure on x walls, side walls and a fringe hold the flow, too: no straight line then.

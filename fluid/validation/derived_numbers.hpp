@@ -61,22 +61,24 @@ constexpr double diffusion_number(double viscosity, double time_step, double h) 
   return viscosity * time_step / (h * h);
 }
 
-/// u_tau that balances a driving force G per volume over the depth H:  rho u_tau^2 = G H
-inline double u_tau_of_driving(double driving, double height, double density) {
-  return std::sqrt(std::abs(driving) * height / density);
+/// u_tau that balances a driving force G per volume:  rho u_tau^2 = G H, between two no-slip walls
+/// G times half of their distance (Settings::driven_height).
+inline double u_tau_of_driving(double driving, const Settings& s) {
+  return std::sqrt(std::abs(driving) * s.driven_height() / s.fluid.density);
 }
 
 /// u_tau of turbulent flow over a smooth wall, Dean (J. Fluids Eng. 100, 1978, 215):
-/// 2 u_tau^2 / u_b^2 = 0.073 (2 H u_b / nu)^(-1/4). A bed of spheres is rougher: a lower estimate.
+/// 2 u_tau^2 / u_b^2 = 0.073 (2 H u_b / nu)^(-1/4), H being half of the distance between two walls.
+/// A bed of spheres is rougher: a lower estimate.
 inline double u_tau_smooth_wall(double velocity, double height, double viscosity) {
   return velocity *
          std::sqrt(0.0365 * std::pow(2.0 * bulk_reynolds(velocity, height, viscosity), -0.25));
 }
 
-/// u_tau at the lower wall of laminar flow with the mean velocity u_b over the depth H:
-/// u_tau^2 = 3 nu u_b/H below a free surface, 6 nu u_b/H between two no-slip walls.
-inline double u_tau_laminar(double velocity, double height, double viscosity, bool two_walls) {
-  return std::sqrt((two_walls ? 6.0 : 3.0) * viscosity * std::abs(velocity) / height);
+/// u_tau at the wall of laminar flow with the mean velocity u_b over the height H from there to
+/// where no stress is, a free surface or the middle between two walls: u_tau^2 = 3 nu u_b/H.
+inline double u_tau_laminar(double velocity, double height, double viscosity) {
+  return std::sqrt(3.0 * viscosity * std::abs(velocity) / height);
 }
 
 /// u_tau of laminar flow between walls at a distance that slide past each other:
@@ -101,23 +103,22 @@ struct Friction {
 };
 
 /// That of a constant driving force; else that of laminar flow or of turbulent flow over a smooth
-/// wall, whichever is larger (they meet at Re_b = 450 below a free surface and 1100 between walls);
-/// of walls that slide, the laminar one. None where no wall holds a flow back.
+/// wall, whichever is larger (they meet at Re_b = 450, between two walls with half of their
+/// distance); of walls that slide, the laminar one. None where no wall holds a flow back.
 inline std::optional<Friction> friction_of(const Settings& s) {
-  const double velocity = s.reference.velocity, height = s.reference.height;
+  const double velocity = s.reference.velocity, height = s.driven_height();
   const double viscosity = s.fluid.kinematic_viscosity;
   const double cell = s.grid.length[0] / s.grid.cells[0] * make_grid(s).thickness(0);
   const auto friction = [&](FrictionSource source, double u_tau) {
     return Friction{
         .source = source,
         .u_tau = u_tau,
-        .reynolds = friction_reynolds(u_tau, height, viscosity),
+        .reynolds = friction_reynolds(u_tau, s.reference.height, viscosity),
         .diameter_wall_units = friction_reynolds(u_tau, s.reference.diameter, viscosity),
         .cell_wall_units = friction_reynolds(u_tau, cell, viscosity)};
   };
   if (s.flow.driving == Driving::pressure_gradient || s.flow.driving == Driving::gravity)
-    return friction(FrictionSource::driving,
-                    u_tau_of_driving(s.constant_driving(), height, s.fluid.density));
+    return friction(FrictionSource::driving, u_tau_of_driving(s.constant_driving(), s));
   const auto& [lower, upper] = s.boundary.y;
   const bool two_walls = lower == Wall::no_slip && upper == Wall::no_slip;
   if (s.flow.driving == Driving::none) {
@@ -127,7 +128,7 @@ inline std::optional<Friction> friction_of(const Settings& s) {
     return friction(FrictionSource::laminar, sheared);
   }
   if (lower != Wall::no_slip && upper != Wall::no_slip) return std::nullopt;
-  const double laminar = u_tau_laminar(velocity, height, viscosity, two_walls);
+  const double laminar = u_tau_laminar(velocity, height, viscosity);
   const double turbulent = u_tau_smooth_wall(velocity, height, viscosity);
   return laminar > turbulent ? friction(FrictionSource::laminar, laminar)
                              : friction(FrictionSource::smooth_wall, turbulent);

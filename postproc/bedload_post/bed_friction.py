@@ -10,28 +10,52 @@ from .flow_statistics import FlowStatistics
 from .outputs import MissingOutput, Run
 
 MOST_BEFORE = 0.1  # of the statistics' time
+NEAR = 0.05  # the top of a bed of grains is known no better
 
 
-def bed_stress(statistics: FlowStatistics, bed_top: float, clear: float) -> float:
+def two_walls(run: Run) -> bool:
+    """Whether the flow is between two no-slip walls, y = 0 and the upper end of the box."""
+    ends = run.settings.get("boundary", {}).get("y", "periodic")
+    return set([ends] if isinstance(ends, str) else ends) == {"no_slip"}
+
+
+def driven_height(run: Run) -> float:
+    """Height [L] over which a driving force is borne by one wall or the bed on it: reference.height, between two
+    no-slip walls half of the distance that the flow has there (Settings::driven_height of the fluid)."""
+    if not two_walls(run):
+        return run.depth
+    clear = float(run.box[1]) - run.settings.get("start", {}).get("height", 0.0)
+    return run.depth if abs(2.0 * run.depth - clear) <= NEAR * clear else 0.5 * run.depth
+
+
+def without_stress(run: Run) -> float:
+    """y [L] where in the mean no stress is: the free surface, or the middle between the bed's top and an upper wall."""
+    return float(run.box[1]) - (driven_height(run) if two_walls(run) else 0.0)
+
+
+def bed_stress(statistics: FlowStatistics, bed_top: float, clear: float, without: float | None = None) -> float:
     """tau [M/(L T^2)] at `bed_top`, extrapolated from above `clear`, where no sphere takes part in it.
 
-    There the balance is tau = f (top - y) with f the driving force; f by least squares.
+    There the balance is tau = f (without - y) with f the driving force and `without` the height where no stress is,
+    of its own accord the upper end of the box; f by least squares.
     """
     face = statistics["y_face"]
-    depth = face[-1] - face
+    without = float(face[-1]) if without is None else without
+    depth = without - face
     rows = face >= clear
     if rows.sum() < 3:
         raise MissingOutput("statistics.h5 has no heights above the grains.")
     force = (statistics.total_stress[rows] * depth[rows]).sum() / (depth[rows] ** 2).sum()
-    return float(force * (face[-1] - bed_top))
+    return float(force * (without - bed_top))
 
 
 def driving_friction(run: Run, since: float) -> float:
-    """u_tau = sqrt(|f| H/rho) [L/T] of the mean driving force f from `since` on; nan without rows."""
+    """u_tau = sqrt(|f| H/rho) [L/T] of the mean driving force f from `since` on, H = driven_height; nan without
+    rows."""
     history = run.history()
     driving = history["driving"][history["time"] >= since]
     mean = abs(np.mean(driving)) if len(driving) else math.nan
-    return math.sqrt(mean * run.depth / run.value("fluid.density"))
+    return math.sqrt(mean * driven_height(run) / run.value("fluid.density"))
 
 
 def driving_friction_interval(run: Run, since: float) -> float:
@@ -53,14 +77,15 @@ def friction_velocity(run: Run, since: float) -> tuple[float, str]:
     grains takes up. Statistics over less than half of the time from `since` on are not used, nor those of which more
     than MOST_BEFORE is earlier: they hold the start-up.
     """
-    bed_top = run.box[1] - run.depth
+    without = without_stress(run)
+    bed_top = without - driven_height(run)
     density = run.value("fluid.density")
     history = run.history()
     try:
         statistics = flow_statistics.read(run)
         covered = statistics.end - max(statistics.begin, since)
         late = covered >= (1.0 - MOST_BEFORE) * (statistics.end - statistics.begin)
-        stress = bed_stress(statistics, bed_top, bed_top + 0.4 * run.depth)
+        stress = bed_stress(statistics, bed_top, bed_top + 0.4 * run.depth, without)
         if stress > 0 and late and covered >= 0.5 * (history["time"][-1] - since):
             return math.sqrt(stress / density), "total stress extrapolated to the bed's top"
     except MissingOutput:

@@ -195,6 +195,27 @@ def test_bed_stress_is_extrapolated_from_the_clear_flow(tmp_path):
     assert bed_friction.friction_velocity(run, 0.0)[0] == pytest.approx(np.sqrt(0.032), rel=1e-12)
 
 
+@pytest.mark.parametrize(("depth", "start", "height", "without"), [
+    (9.0, 0.0, 4.5, 4.5), (4.5, 0.0, 4.5, 4.5), (7.0, 2.1, 3.5, 5.5), (3.4, 2.1, 3.4, 5.6),
+])  # fmt: skip
+def test_two_walls_share_the_driving_force(tmp_path, depth, start, height, without):
+    """reference.height is their distance or half of it, start.height the bed's top: f half of the distance on each."""
+    folder = write_run(tmp_path / "run", wandering_story())
+    text = (folder / "settings.toml").read_text().replace('["no_slip", "free_slip"]', '["no_slip", "no_slip"]')
+    text = text.replace("reference.height = 8.0", f"reference.height = {depth}\nstart.height = {start}")
+    (folder / "settings.toml").write_text(text)
+    run = Run(folder)
+    assert bed_friction.driving_friction(run, 0.0) == pytest.approx(np.sqrt(0.004 * height), rel=1e-12)
+    face = np.linspace(0.0, 9.0, 46)
+    with h5py.File(folder / "statistics.h5", "w") as file:
+        file.attrs.update(samples=10, begin=0.0, end=22.0, driving=0.004, wall_stress=[0.0, 0.0], u_tau=0.1)
+        file["profiles/y_face"], file["profiles/turbulent"] = face, 0.0 * face
+        file["profiles/viscous"] = 0.004 * (without - face)
+    friction, source = bed_friction.friction_velocity(run, 0.0)
+    assert friction == pytest.approx(np.sqrt(0.004 * height), rel=1e-12)
+    assert "total stress" in source
+
+
 def test_a_film_has_its_frames(tmp_path):
     """Three frames, white around the scene, and a grain in them that moves."""
     folder = write_run(tmp_path / "run", wandering_story())

@@ -60,11 +60,13 @@ def test_buoyancy_belongs_to_it_and_samples_come_when_asked_for(tmp_path):
 
 
 def test_columns_that_follow_from_others(tmp_path):
-    """u_tau_driving² ρ = driving × reference.height; what viscosity takes at a step's end is what it took in its
-    stages, within what the flow changes in a step."""
+    """u_tau_driving² ρ = driving × reference.height, between two walls half of it; what viscosity takes at a step's end
+    is what it took in its stages, within what the flow changes in a step."""
     history, _ = flow_over_a_bed(tmp_path, "--set", "fluid.density=2.0", "--set", 'output.energy_work="on"')
     driving = np.abs(history["driving"])
     np.testing.assert_allclose(2.0 * history["u_tau_driving"] ** 2, driving * 2.0, rtol=1e-9)
+    between, _ = flow_over_a_bed(tmp_path, "--set", 'boundary.y="no_slip"', "--set", "reference.height=3", out="walls")
+    np.testing.assert_allclose(between["u_tau_driving"] ** 2, np.abs(between["driving"]) * 1.5, rtol=1e-9)
     late = slice(5, None)
     assert history["dissipation"][late].min() > 0
     np.testing.assert_allclose(history["dissipation"][late], -history["viscous_work"][late], rtol=0.1)

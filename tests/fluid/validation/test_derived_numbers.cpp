@@ -85,6 +85,48 @@ TEST(DerivedNumbers, KnowLaminarFlow) {
   EXPECT_NEAR(derive_numbers(s).friction->u_tau, 1.0, 1e-14);  // sqrt(0.6 * 5/3)
 }
 
+/// Each of two walls bears half of what drives the flow between them, and reference.height may be
+/// their distance or half of it: Poiseuille flow has u_tau^2 = G L/(2 rho) = 6 nu u/L.
+TEST(DerivedNumbers, ShareTheDrivingForceBetweenTwoWalls) {
+  Settings s;
+  s.grid.cells = {16, 24, 16};
+  s.grid.length = {2.0, 3.0, 2.0};
+  s.boundary.y = {Wall::no_slip, Wall::no_slip};
+  s.fluid.density = 2.0;
+  s.fluid.kinematic_viscosity = 0.1;
+  s.flow.pressure_gradient = 12.0 * 2.0 * 0.1 / 9.0;  // 12 rho nu u/L^2
+  for (const double height : {3.0, 1.5}) {
+    s.reference.height = height;
+    for (const Driving driving : {Driving::bulk_velocity, Driving::pressure_gradient}) {
+      s.flow.driving = driving;
+      EXPECT_NEAR(derive_numbers(s).friction.value().u_tau, std::sqrt(0.2), 1e-14) << height;
+    }
+  }
+  // A bed fills the box up to 15.45: 7.05 of the depth are left, and its top is known by 15.5.
+  s.grid.length[1] = 22.5;
+  s.start.height = 15.5;
+  s.reference.height = 7.05;
+  EXPECT_NEAR(s.driven_height(), 3.525, 1e-14);
+  s.reference.height = 3.525;
+  EXPECT_NEAR(s.driven_height(), 3.525, 1e-14);
+  s.boundary.y[1] = Wall::free_slip;
+  s.reference.height = 7.05;
+  EXPECT_NEAR(s.driven_height(), 7.05, 1e-14);
+}
+
+/// Of Dean's law the height is half of the walls' distance, whichever of both the scene gives.
+TEST(DerivedNumbers, TakeHalfOfTheDistanceForTurbulentFlowBetweenWalls) {
+  Settings s = setup_two();
+  s.boundary.y = {Wall::no_slip, Wall::no_slip};
+  s.flow.driving = Driving::bulk_velocity;
+  s.fluid.kinematic_viscosity = 2.0 * 1.5 / 2800.0;
+  for (const double height : {3.0, 1.5}) {
+    s.reference.height = height;
+    EXPECT_EQ(derive_numbers(s).friction.value().source, FrictionSource::smooth_wall);
+    EXPECT_NEAR(derive_numbers(s).friction->u_tau / 2.0, 180.0 / 2800.0, 0.03 * 180.0 / 2800.0);
+  }
+}
+
 /// Nothing drives, or no wall holds back: neither friction nor a Shields number.
 TEST(DerivedNumbers, KnowNoFrictionWithoutAWallOrAFlow) {
   Settings s = setup_two();
