@@ -493,15 +493,21 @@ template <class Real>
 void Statistics<Real>::fill_friction(FlowStatistics& s) const {
   const bool clear = std::all_of(s.fluid.begin(), s.fluid.end(), [](double f) { return f == 1.0; });
   int walls = 0;
-  double stress = 0.0;
+  double sum = 0.0, larger = 0.0;
   for (std::size_t end = 0; end < 2; ++end)
     if (grid_.walls[1][end] == Wall::no_slip) {
       ++walls;
-      stress += std::abs(s.wall_stress[end]);
+      sum += std::abs(s.wall_stress[end]);
+      larger = std::max(larger, std::abs(s.wall_stress[end]));
     }
-  stress = clear && walls > 0 ? stress / walls : std::abs(s.driving) * settings_.driven_height();
+  const bool driven = settings_.flow.driving != Driving::none;
+  const bool by_spheres = !clear && driven && !grid_.periodic(1);
+  if (walls == 0 && !by_spheres) return;
+  const double stress = by_spheres ? std::abs(s.driving) * settings_.driven_height()
+                        : clear    ? sum / walls
+                                   : larger;  // a bed shields its wall
   s.u_tau = std::sqrt(stress / settings_.fluid.density);
-  s.re_tau = s.u_tau * settings_.reference.height / settings_.fluid.kinematic_viscosity;
+  s.re_tau = *s.u_tau * settings_.reference.height / settings_.fluid.kinematic_viscosity;
   // Pressure on x walls, side walls and a fringe hold the flow, too: no straight line then.
   const bool sides = grid_.walls[2][0] == Wall::no_slip || grid_.walls[2][1] == Wall::no_slip;
   const bool held_below_and_above =

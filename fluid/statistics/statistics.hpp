@@ -48,9 +48,11 @@ struct FlowStatistics {
   std::vector<double> spheres;
   double driving = 0.0;  ///< [M/(L^2 T^2)]
   std::array<double, 2>
-      wall_stress{};    ///< that the fluid exerts on the y walls along x [M/(L T^2)]
-  double u_tau = 0.0;   ///< of the no-slip walls, or of the driving force where there are spheres
-  double re_tau = 0.0;  ///< u_tau reference.height / nu
+      wall_stress{};  ///< that the fluid exerts on the y walls along x [M/(L T^2)]
+  /// Of the no-slip walls; with spheres of the driving force, or where none drives of the wall that
+  /// bears more. None where neither holds the flow: no such wall, and no spheres or y periodic.
+  std::optional<double> u_tau;
+  std::optional<double> re_tau;  ///< u_tau reference.height / nu
   /// Largest distance of viscous + turbulent from the straight line between the y walls'
   /// stresses, over rho u_tau^2; where nothing but driving and these walls acts on the flow (no
   /// spheres, no other no-slip walls, no fringe).

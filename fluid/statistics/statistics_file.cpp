@@ -78,13 +78,12 @@ void write_statistics(const std::string& folder, const FlowStatistics& s) {
   require_space(path, metadata_room);
   Hdf5File file(temporary_name(path), Hdf5File::Access::create, MPI_COMM_SELF);
   file.set_attribute("/", "samples", s.samples);
-  for (const auto& [name, value] : {std::pair{"begin", s.begin},
-                                    {"end", s.end},
-                                    {"driving", s.driving},
-                                    {"u_tau", s.u_tau},
-                                    {"re_tau", s.re_tau}})
+  for (const auto& [name, value] :
+       {std::pair{"begin", s.begin}, {"end", s.end}, {"driving", s.driving}})
     file.set_attribute("/", name, value);
-  if (s.stress_defect) file.set_attribute("/", "stress_defect", *s.stress_defect);
+  for (const auto& [name, value] :
+       {std::pair{"u_tau", s.u_tau}, {"re_tau", s.re_tau}, {"stress_defect", s.stress_defect}})
+    if (value) file.set_attribute("/", name, *value);
   file.set_attribute<double>("/", "wall_stress", s.wall_stress);
   file.make_group("profiles");
   for (const Column& column : columns) {
@@ -99,10 +98,10 @@ void write_statistics(const std::string& folder, const FlowStatistics& s) {
 }
 
 std::string statistics_summary(const FlowStatistics& s) {
-  std::string text = fmt::format(
-      "statistics: {} samples, t = {:.6g} to {:.6g}; u_tau = {:.5g}, Re_tau = {:.4g}, wall stress "
-      "{:.4g} and {:.4g}",
-      s.samples, s.begin, s.end, s.u_tau, s.re_tau, s.wall_stress[0], s.wall_stress[1]);
+  std::string text =
+      fmt::format("statistics: {} samples, t = {:.6g} to {:.6g}; ", s.samples, s.begin, s.end);
+  if (s.u_tau) text += fmt::format("u_tau = {:.5g}, Re_tau = {:.4g}, ", *s.u_tau, *s.re_tau);
+  text += fmt::format("wall stress {:.4g} and {:.4g}", s.wall_stress[0], s.wall_stress[1]);
   if (s.stress_defect)
     text += fmt::format(", stress off its straight line by {:.2g} %", 100.0 * *s.stress_defect);
   return text + "\n";

@@ -117,9 +117,10 @@ inline std::optional<Friction> friction_of(const Settings& s) {
         .diameter_wall_units = friction_reynolds(u_tau, s.reference.diameter, viscosity),
         .cell_wall_units = friction_reynolds(u_tau, cell, viscosity)};
   };
+  const auto& [lower, upper] = s.boundary.y;
+  if (lower == Wall::periodic) return std::nullopt;
   if (s.flow.driving == Driving::pressure_gradient || s.flow.driving == Driving::gravity)
     return friction(FrictionSource::driving, u_tau_of_driving(s.constant_driving(), s));
-  const auto& [lower, upper] = s.boundary.y;
   const bool two_walls = lower == Wall::no_slip && upper == Wall::no_slip;
   if (s.flow.driving == Driving::none) {
     const double sheared = u_tau_sheared(s.boundary.y_lower_velocity, s.boundary.y_upper_velocity,

@@ -31,7 +31,7 @@ class FlowStatistics:
     end: float
     driving: float
     wall_stress: np.ndarray
-    u_tau: float
+    u_tau: float  # nan where neither a wall nor a bed holds the flow
     stress_defect: float | None  # None with spheres
     viscosity: float
     density: float
@@ -70,7 +70,7 @@ def read(run: Run) -> FlowStatistics:
             spectra.append(Spectra(float(group.attrs["height"]), k, lines))
     return FlowStatistics(
         int(numbers["samples"]), float(numbers["begin"]), float(numbers["end"]),
-        float(numbers["driving"]), numbers["wall_stress"], float(numbers["u_tau"]),
+        float(numbers["driving"]), numbers["wall_stress"], float(numbers.get("u_tau", np.nan)),
         numbers.get("stress_defect"), run.viscosity, run.value("fluid.density"), profiles, spectra,
     )  # fmt: skip
 

@@ -14,25 +14,27 @@ COLOURS = {"u": "#1b7fbd", "v": "#e08214", "w": "#2a9d5c", "uv": "#7a3b8f"}
 
 
 def draw(s: FlowStatistics, file: Path) -> None:
-    """The profiles of any flow over y, in u_tau, into `file`."""
+    """The profiles of any flow over y, in u_tau, into `file`; in the scene's units where there is none."""
+    of_flow = s.u_tau > 0
+    unit = s.u_tau if of_flow else 1.0
     figure, (left, middle, right) = plt.subplots(1, 3, figsize=(13, 4.6), layout="constrained")
-    left.plot(s["u"] / s.u_tau, s["y"], color=COLOURS["u"], label="fluid's points")
+    left.plot(s["u"] / unit, s["y"], color=COLOURS["u"], label="fluid's points")
     if s["fluid"].min() < 1.0:
-        left.plot(s["fluid"] * s["u"] / s.u_tau, s["y"], "--", color=COLOURS["u"], label="all")
+        left.plot(s["fluid"] * s["u"] / unit, s["y"], "--", color=COLOURS["u"], label="all")
         left.plot(s["fluid"], s["y"], ":", color="0.4", label="share of fluid")
         left.legend(frameon=False)
-    left.set(xlabel="<u> / u_tau", ylabel="y", title="mean velocity")
+    left.set(xlabel="<u> / u_tau" if of_flow else "<u>", ylabel="y", title="mean velocity")
     for q in "uvw":
-        rms = np.sqrt(np.maximum(s.at_centres(q + q), 0)) / s.u_tau
+        rms = np.sqrt(np.maximum(s.at_centres(q + q), 0)) / unit
         middle.plot(rms, s["y"], color=COLOURS[q], label=f"{q}' rms")
-    middle.plot(-s.at_centres("uv") / s.u_tau**2, s["y"], color=COLOURS["uv"], label="-<u'v'>")
-    middle.set(xlabel="in u_tau, u_tau²", title="fluctuations")
+    middle.plot(-s.at_centres("uv") / unit**2, s["y"], color=COLOURS["uv"], label="-<u'v'>")
+    middle.set(xlabel="in u_tau, u_tau²" if of_flow else "in the scene's units", title="fluctuations")
     middle.legend(frameon=False)
-    scale = s.density * s.u_tau**2
+    scale = s.density * unit**2
     for name, style in (("viscous", "--"), ("turbulent", "-.")):
         right.plot(s[name] / scale, s["y_face"], style, color="0.4", label=name)
     right.plot(s.total_stress / scale, s["y_face"], color=COLOURS["u"], label="total")
-    right.set(xlabel="stress / (rho u_tau²)", title="stress balance")
+    right.set(xlabel="stress / (rho u_tau²)" if of_flow else "stress / rho", title="stress balance")
     right.legend(frameon=False)
     for axes in (left, middle, right):
         axes.set_ylim(0, s["y_face"][-1])

@@ -131,11 +131,12 @@ def statistics_lines(run: Run) -> list[Line]:
     if not (run.folder / flow_statistics.FILE).is_file():
         return []
     s = flow_statistics.read(run)
-    lines = [
-        Line("statistics over", f"{s.end - s.begin:.4g}", f"{s.samples} samples"),
-        Line("friction velocity there", f"{s.u_tau / run.bulk_velocity:.4f} u_b"),
-        Line("Re_tau there", f"{s.u_tau * run.depth / run.viscosity:.1f}", "u_tau H / nu"),
-    ]
+    lines = [Line("statistics over", f"{s.end - s.begin:.4g}", f"{s.samples} samples")]
+    if s.u_tau > 0 and (has_friction(run) or s.stress_defect is not None):
+        lines += [
+            Line("friction velocity there", f"{s.u_tau / run.bulk_velocity:.4f} u_b"),
+            Line("Re_tau there", f"{s.u_tau * run.depth / run.viscosity:.1f}", "u_tau H / nu"),
+        ]
     if s.stress_defect is not None:
         lines.append(
             Line("stress off a straight line", f"{100 * s.stress_defect:.2f} %", "of rho u_tau^2")

@@ -9,7 +9,7 @@ import shutil
 import h5py
 import numpy as np
 import pytest
-from bedload_post import bed_friction, flow_statistics, model_numbers, states, summary, transport
+from bedload_post import bed_friction, flow_statistics, model_numbers, profile_figures, states, summary, transport
 from bedload_post.collision_statistics import collision_statistics
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import Run
@@ -270,6 +270,28 @@ def test_statistics_in_the_scene_s_units(run):
         "statistics over": 13, "friction velocity there": 0.04, "Re_tau there": 96,
         "stress off a straight line": 2,
     }, rel=1e-12)  # fmt: skip
+
+
+@pytest.mark.parametrize("kept", [{}, {"u_tau": 0.0}])
+def test_statistics_of_a_flow_that_nothing_holds(run, tmp_path, kept):
+    """No friction velocity: no line of it, and profiles in the scene's units."""
+    face = np.linspace(0.0, 9.0, 4)
+    centre = np.ones(3)
+    file = run.folder / flow_statistics.FILE
+    with h5py.File(file, "w") as written:
+        written.attrs.update(samples=10, begin=0.0, end=13.0, driving=0.0, wall_stress=[0.0, 0.0], **kept)
+        for name in ("y", "fluid", "u", "uu", "ww"):
+            written[f"profiles/{name}"] = centre
+        for name in ("vv", "uv", "viscous", "turbulent"):
+            written[f"profiles/{name}"] = 0.0 * face
+        written["profiles/y_face"] = face
+    lines = [line.what for line in summary.statistics_lines(run)]
+    found = flow_statistics.read(run)
+    file.unlink()
+    assert lines == ["statistics over"]
+    with np.errstate(all="raise"):
+        profile_figures.draw(found, tmp_path / "profiles.png")
+    assert (tmp_path / "profiles.png").stat().st_size > 1000
 
 
 def test_a_point_of_the_threshold_study(run):

@@ -244,8 +244,8 @@ TEST(Statistics, PoiseuilleFlowHasItsStress) {
   for (const double share : r.fluid) EXPECT_EQ(share, 1.0);
   EXPECT_NEAR(r.wall_stress[0], 0.5 * gradient * height, 1e-13);
   EXPECT_NEAR(r.wall_stress[1], 0.5 * gradient * height, 1e-13);
-  EXPECT_NEAR(r.u_tau, std::sqrt(0.5 * gradient * height / 2.0), 1e-13);
-  EXPECT_NEAR(r.re_tau, r.u_tau * 0.5 * height / viscosity, 1e-12);
+  EXPECT_NEAR(r.u_tau.value(), std::sqrt(0.5 * gradient * height / 2.0), 1e-13);
+  EXPECT_NEAR(r.re_tau.value(), *r.u_tau * 0.5 * height / viscosity, 1e-12);
   ASSERT_TRUE(r.stress_defect);
   EXPECT_LT(*r.stress_defect, 1e-12);
   EXPECT_NEAR(r.driving, gradient, 1e-15);
@@ -266,7 +266,36 @@ TEST(Statistics, TheFreeSurfaceBearsNoFriction) {
   statistics.sample(view_of(std::as_const(channel)), {}, 1.0);
   const FlowStatistics r = statistics.result();
   EXPECT_GT(r.wall_stress[0], 0.05);
-  EXPECT_NEAR(r.u_tau, std::sqrt(r.wall_stress[0] / 2.0), 1e-13);
+  EXPECT_NEAR(r.u_tau.value(), std::sqrt(r.wall_stress[0] / 2.0), 1e-13);
+}
+
+/// With spheres in a flow that walls drive u_tau is the walls': of the one that bears more, as a
+/// bed shields the other. Where neither a wall nor a bed holds the flow there is none.
+TEST(Statistics, FrictionWithoutADrivingForceIsTheWalls) {
+  const double viscosity = 0.01, density = 2.0;
+  const std::vector<SphereState> spheres{
+      {.tag = 1, .position = {0.7, 0.4, 0.6}, .radius = 0.3, .mobile = false}};
+  const auto result_of = [&](const std::array<Wall, 2>& ends, std::span<const SphereState> there) {
+    Settings s = box({24, 20, 24}, 1.0 / 16, viscosity, 0.002);
+    set_y_ends(s, ends[0], ends[1]);
+    s.fluid.density = density;
+    Channel<double> channel(s, MPI_COMM_WORLD);
+    channel.set_velocity([](int c, const Vec3& x) { return c == 0 ? x[1] * x[1] : 0.0; });
+    Statistics<double> statistics(channel.settings(), channel.grid(), channel.decomposition());
+    statistics.sample(view_of(std::as_const(channel)), there, 1.0);
+    return statistics.result();
+  };
+  const FlowStatistics held = result_of(no_slip, spheres);
+  const double lower = std::abs(held.wall_stress[0]), upper = std::abs(held.wall_stress[1]);
+  EXPECT_GT(upper, 2.0 * lower);
+  EXPECT_NEAR(held.u_tau.value(), std::sqrt(upper / density), 1e-13);
+  EXPECT_NEAR(result_of(no_slip, {}).u_tau.value(), std::sqrt(0.5 * (lower + upper) / density),
+              1e-13);
+  for (const auto& ends : {periodic, free_slip})
+    for (const std::span<const SphereState> there : {std::span(spheres), {}}) {
+      const FlowStatistics free = result_of(ends, there);
+      EXPECT_FALSE(free.u_tau || free.re_tau);
+    }
 }
 
 /// The stress defect is the largest distance of the stress from the line between both walls, over
@@ -366,7 +395,7 @@ TEST(Statistics, ForceOfSpheresIsWhatTheMarkersGive) {
   EXPECT_LT(given, -0.1);
   // The stresses at the ends of each step stand for those within it: first order, some 0.1 %.
   EXPECT_NEAR(force, given, 0.005 * std::abs(given));
-  EXPECT_NEAR(r.u_tau, std::sqrt(0.3 * 0.8 / 2.0), 1e-13);
+  EXPECT_NEAR(r.u_tau.value(), std::sqrt(0.3 * 0.8 / 2.0), 1e-13);
 }
 
 /// Averages over the fluid alone, and the share of it, with a sphere across the periodic ends.

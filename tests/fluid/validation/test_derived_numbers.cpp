@@ -135,6 +135,9 @@ TEST(DerivedNumbers, KnowNoFrictionWithoutAWallOrAFlow) {
   EXPECT_TRUE(derive_numbers(s).friction && derive_numbers(s).shields);
   s.boundary.y = {Wall::periodic, Wall::periodic};
   EXPECT_FALSE(derive_numbers(s).friction || derive_numbers(s).shields);
+  s.flow.driving = Driving::pressure_gradient;
+  s.flow.pressure_gradient = 1.0;
+  EXPECT_FALSE(derive_numbers(s).friction || derive_numbers(s).shields);
 }
 
 TEST(DerivedNumbers, LeaveOutWhatDoesNotApply) {
