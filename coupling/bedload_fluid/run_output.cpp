@@ -56,6 +56,13 @@ bool RunOutput<Real>::Rhythm::due(double now, double time_step) {
 }
 
 template <class Real>
+double RunOutput<Real>::Rhythm::count(double end, double time_step, double steps) const {
+  if (every_ <= time_step) return steps;
+  return std::fmin(steps,
+                   std::floor(std::fmax(0.0, (end + 0.5 * time_step - next_) / every_ + 1.0)));
+}
+
+template <class Real>
 RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulation,
                            std::optional<std::int64_t> last_step,
                            const std::vector<EffectRow>& effects, const LoadGroup* resume)
@@ -98,25 +105,22 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
     if (!simulation_.may_have_spheres()) warn(warnings_without_spheres(settings_));
     fmt::print("{}\n\n{}\n{}\n{}", printable(settings_.title), derived_as_comments(numbers),
                effects_table(effects_), length_hints(settings_.grid.cells));
-    fmt::print("{}", size_of_samples());
+    fmt::print("{}", size_of_samples(!resume));
     progress_ = std::make_unique<Progress>(progress_state(), stdout);
   }
   if (!resume) write_spheres();
 }
 
-/// How large spheres.h5 will become and how far grains go between samples, one sentence; empty
-/// without mobile spheres.
 template <class Real>
-std::string RunOutput<Real>::size_of_samples() const {
+std::string RunOutput<Real>::size_of_samples(bool start) const {
   const Channel<Real>& channel = simulation_.channel();
   const std::int64_t mobile = simulation_.mobile_count();
-  const double every = std::fmax(settings_.output.spheres_every, channel.time_step());
-  double left = (settings_.time.end - channel.time()) / every;
-  if (last_step_)
-    left = std::fmin(
-        left, static_cast<double>(*last_step_ - channel.step()) * channel.time_step() / every);
   if (mobile == 0 || !spheres_) return "";
-  const double samples = 1.0 + std::floor(std::fmax(0.0, left));
+  const double step = channel.time_step(), every = std::fmax(settings_.output.spheres_every, step);
+  const double steps = last_step_ ? static_cast<double>(*last_step_ - channel.step())
+                                  : std::round((settings_.time.end - channel.time()) / step);
+  const double samples =
+      (start ? 1.0 : 0.0) + spheres_due_.count(channel.time() + steps * step, step, steps);
   const double bytes = static_cast<double>(mobile) * SphereWriter::row_bytes;
   return fmt::format(
       "spheres.h5 will grow by {:.3g} MB: {} mobile spheres, {:.0f} samples of {:.3g} kB "

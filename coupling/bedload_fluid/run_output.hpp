@@ -56,6 +56,8 @@ class RunOutput {
     Rhythm(double every, double now) : every_(every), next_(now + every) {}
     /// Whether one has come by `now`, give or take half a step.
     bool due(double now, double time_step);
+    /// How many come in `steps` more steps, the last of which ends at `end`.
+    double count(double end, double time_step, double steps) const;
     void save(const SaveGroup& group) const {
       group.value("every", every_);
       group.value("next", next_);
@@ -76,7 +78,9 @@ class RunOutput {
   };
 
   void load(const LoadGroup& group);
-  std::string size_of_samples() const;
+  /// How large spheres.h5 will become and how far grains go between samples, one sentence; empty
+  /// without mobile spheres. `start`: that the spheres are written as they are now, too.
+  std::string size_of_samples(bool start) const;
   std::string slip_summary() const;
   std::vector<EffectRow> effects_with_shares(std::span<const TimingRow> times) const;
   HistoryRow history_row() const;

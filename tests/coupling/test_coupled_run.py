@@ -354,14 +354,20 @@ def test_liggghts_follows_a_time_step_that_follows_the_flow(tmp_path):
     assert max(float(row["momentum_residual"]) for row in history) < 1e-13
 
 
-@pytest.mark.parametrize(("every", "samples"), [(0.0, 11), (0.06, 4)])
-def test_says_how_large_the_samples_become(tmp_path, every, samples):
-    """Before the first step, and so it is: ten steps of 0.02, the start among the samples, 152 B a grain."""
-    result = job(tmp_path, "--steps", "10", "--set", f"output.spheres_every={every}")
-    found = re.search(r"grow by (\S+) MB: 2 mobile spheres, (\d+) samples of 0.304 kB .* moves (\S+) of reference.dia",
-                      result.output)
-    assert found, result.output
-    said = [float(word) for word in found.groups()]
-    assert said == pytest.approx([2 * 152e-6 * samples, samples, max(every, 0.02)], rel=1e-2)
-    which, _ = mobile_spheres(tmp_path)
-    assert len(np.unique(which[:, 0])) == samples
+@pytest.mark.parametrize(("every", "steps", "samples"), [(0.0, 10, 11), (0.06, 10, 4), (0.1, 15, 4), (0.101, 15, 4)])
+def test_says_how_large_the_samples_become(tmp_path, every, steps, samples):
+    """Before the first step, and so it is: steps of 0.02, the start among the samples, 152 B a grain. 0.3/0.1 is less
+    than 3, and half a step before it is due a sample is taken. A run that goes on adds its own."""
+    def check(samples, *options):
+        result = job(tmp_path, "--set", f"output.spheres_every={every}", *options)
+        found = re.search(r"grow by (\S+) MB: 2 mobile spheres, (\d+) samples of 0.304 kB .* moves (\S+) of reference",
+                          result.output)
+        assert found, result.output
+        said = [float(word) for word in found.groups()]
+        assert said == pytest.approx([2 * 152e-6 * samples, samples, max(every, 0.02)], rel=1e-2)
+        which, _ = mobile_spheres(tmp_path)
+        return len(np.unique(which[:, 0]))
+
+    assert check(samples, "--set", f"time.end={0.02 * steps!r}") == samples
+    if every == 0.1:
+        assert check(3, "--set", "time.end=0.6", "--restart", "out") == samples + 3
