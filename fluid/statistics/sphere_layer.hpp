@@ -16,6 +16,9 @@ struct SphereLayer {
 ///   V = int pi (R^2 - s^2) ds = pi (R^2 s - s^3/3),    M = int s pi (R^2 - s^2) ds
 ///                                                        = pi (R^2 s^2/2 - s^4/4).
 inline SphereLayer sphere_layer(double radius, double below, double above) {
+  // A lower cap is smaller than the round-off of the integrals, which may have either sign.
+  const double end = (1.0 - 1e-9) * radius;
+  if (above <= -end || below >= end) return {};
   const double r2 = radius * radius;
   const auto up_to = [&](double height) {
     const double s = std::clamp(height, -radius, radius), s2 = s * s;

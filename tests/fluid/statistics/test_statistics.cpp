@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "fluid/settings/errors.hpp"
+#include "fluid/statistics/sphere_layer.hpp"
 #include "fluid/statistics/statistics.hpp"
 #include "tests/fluid/carry_over.hpp"
 #include "tests/fluid/flow_case.hpp"
@@ -113,6 +114,18 @@ TEST(Statistics, ProfilesOfGrainsAreExactOnAnyRanks) {
   EXPECT_NEAR(grains, 0.5 * (sphere + 4.0 / 3.0 * M_PI * 0.008), 1e-14);
   EXPECT_NEAR(flux, 0.5 * sphere * 2.0, 1e-13);
   EXPECT_NEAR(across, 0.5 * sphere * 0.5, 1e-13);
+}
+
+/// A sphere that touches a plane of cell faces is not beyond it: the cap that round-off leaves
+/// there has no volume, whose sign would be any and whose mean velocity noise.
+TEST(Statistics, NothingOfASphereIsBeyondThePlaneThatItTouches) {
+  const double h = 0.1, radius = 0.3;
+  for (int j = 0; j < 200; ++j) {
+    const double y = (j + 3) * h, below = j * h, above = (j + 6) * h;
+    EXPECT_EQ(sphere_layer(radius, above - y, above + h - y).volume, 0.0) << j;
+    EXPECT_EQ(sphere_layer(radius, below - h - y, below - y).volume, 0.0) << j;
+    EXPECT_GT(sphere_layer(radius, above - h - y, above - y).volume, 0.0) << j;
+  }
 }
 
 /// Waves whose averages are known: each covariance of two components comes from one wave that both
