@@ -63,6 +63,24 @@ double RunOutput<Real>::Rhythm::count(double end, double time_step, double steps
 }
 
 template <class Real>
+void RunOutput<Real>::Boundary::save(const SaveGroup& group) const {
+  group.value("largest", largest);
+  group.value("squares", squares);
+  group.value("loops", loops_sum);
+  group.value("rows", rows);
+  group.value("steps", steps);
+}
+
+template <class Real>
+void RunOutput<Real>::Boundary::load(const LoadGroup& group) {
+  largest = group.value<double>("largest");
+  squares = group.value<double>("squares");
+  loops_sum = group.value<double>("loops");
+  rows = group.value<std::int64_t>("rows");
+  steps = group.value<std::int64_t>("steps");
+}
+
+template <class Real>
 RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulation,
                            std::optional<std::int64_t> last_step,
                            const std::vector<EffectRow>& effects, const LoadGroup* resume)
@@ -154,6 +172,7 @@ void RunOutput<Real>::save(const SaveGroup& group) const {
   fields_due_.save(group.group("fields_due"));
   spheres_due_.save(group.group("spheres_due"));
   fixed_due_.save(group.group("fixed_due"));
+  boundary_.save(group.group("slip"));
   group.value("worst_momentum_residual", worst_residual_);
   if (const auto loads = fixed_loads()) {
     std::vector<std::int64_t> tags;
@@ -174,6 +193,7 @@ void RunOutput<Real>::load(const LoadGroup& group) {
     fields_due_.load(group.group("fields_due"));
     spheres_due_.load(group.group("spheres_due"));
     fixed_due_.load(group.group("fixed_due"));
+    if (group.has("slip")) boundary_.load(group.group("slip"));
     worst_residual_ = group.value<double>("worst_momentum_residual");
     if (!group.has(fixed_tags)) return;
     const Part part = even_share(group.size(fixed_tags), simulation_.channel().comm());
@@ -258,10 +278,9 @@ std::string RunOutput<Real>::slip_summary() const {
     return "";
   const double u = settings_.reference.velocity;
   return fmt::format(
-      "No-slip error at the markers over the run, in reference.velocity: {:.2g} (root mean "
-      "square), "
-      "{:.2g} (largest); {:.3g} forcing loops a stage.\n\n",
-      boundary_.rms_sum / static_cast<double>(boundary_.rows) / u, boundary_.largest / u,
+      "No-slip error at the markers over the run, in reference.velocity: {:.3g} (root mean "
+      "square), {:.3g} (largest); {:.3g} forcing loops a stage.\n\n",
+      std::sqrt(boundary_.squares / static_cast<double>(boundary_.rows)) / u, boundary_.largest / u,
       boundary_.loops_sum / static_cast<double>(boundary_.steps));
 }
 
@@ -319,7 +338,7 @@ void RunOutput<Real>::write_history() {
   const HistoryRow row = history_row();
   if (first_rank_) history_->add(row);
   boundary_.largest = std::max(boundary_.largest, row.slip_max);
-  boundary_.rms_sum += row.slip_rms;
+  boundary_.squares += row.slip_rms * row.slip_rms;
   ++boundary_.rows;
   worst_residual_ = 0.0;
   history_step_ = row.step;

@@ -73,8 +73,10 @@ class RunOutput {
 
   /// Slip of the projected velocity over the run, at the rows of history.csv, and forcing loops.
   struct Boundary {
-    double largest = 0.0, rms_sum = 0.0, loops_sum = 0.0;
+    double largest = 0.0, squares = 0.0, loops_sum = 0.0;
     std::int64_t rows = 0, steps = 0;
+    void save(const SaveGroup& group) const;
+    void load(const LoadGroup& group);
   };
 
   void load(const LoadGroup& group);

@@ -1,6 +1,7 @@
 """The fluid's force on fixed spheres: history.csv has the sum, spheres.h5 each sphere's."""
 
 import json
+import re
 
 import h5py
 import numpy as np
@@ -15,14 +16,16 @@ VOLUME = 4.0 * 3.0 * 2.0
 AREA = 4.0 * 2.0
 
 
-def flow_over_a_bed(folder, *options, ranks=1, out="out", before=(), places=PLACES):
-    """history.csv by column, and /fixed of spheres.h5."""
+def flow_over_a_bed(folder, *options, ranks=1, out="out", before=(), places=PLACES, said=None):
+    """history.csv by column, and /fixed of spheres.h5; what the run prints is added to `said`."""
     text = (SCENE / "fluid.toml").read_text(encoding="utf-8")
     (folder / "fluid.toml").write_text(text.replace("[spheres]", '[spheres]\nfile = "bed.txt"'))
     (folder / "bed.txt").write_text("".join("{} {} {} 0.5\n".format(*place) for place in places))
     fluid = [*before, str(BIN / "bedload-fluid"), "fluid.toml", "--out", out, "--set", "time.end=0.4", *options]
     result = run(command(fluid, None, (ranks, 0)), folder)
     assert result.status == 0, result.output
+    if said is not None:
+        said.append(result.output)
     table = rows(folder / out / "history.csv")
     with h5py.File(folder / out / "spheres.h5") as file:
         fixed = {name: data[:] for name, data in file["fixed"].items()}
@@ -70,6 +73,19 @@ def test_columns_that_follow_from_others(tmp_path):
     late = slice(5, None)
     assert history["dissipation"][late].min() > 0
     np.testing.assert_allclose(history["dissipation"][late], -history["viscous_work"][late], rtol=0.1)
+
+
+def test_the_error_at_the_markers_is_that_of_the_whole_run(tmp_path):
+    """Root mean square and largest of all rows, those before a restart among them; it falls from the start on."""
+    said = []
+    flow_over_a_bed(tmp_path, "--steps", "10", said=said)
+    history, _ = flow_over_a_bed(tmp_path, "--restart", "out", said=said)
+    for text, rms, largest in zip(said, (history["slip_rms"][:10], history["slip_rms"]),
+                                  (history["slip_max"][:10], history["slip_max"]), strict=True):  # fmt: skip
+        found = re.search(r"error at the markers .*: (\S+) \(root mean square\), (\S+) \(largest\)", text)
+        wanted = [np.sqrt(np.mean(rms**2)), largest.max()]
+        assert [float(word) for word in found.groups()] == pytest.approx(wanted, rel=6e-3)
+        assert wanted[0] > 1.02 * rms.mean()  # so that their mean would show
 
 
 def test_buoyancy_is_of_what_lies_in_the_box(tmp_path):
