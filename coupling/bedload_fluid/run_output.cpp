@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <utility>
 
 #include "coupling/bedload_fluid/effects.hpp"
 #include "fluid/checkpoint/state_file.hpp"
@@ -95,6 +96,8 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
       fields_due_(settings_.output.fields_every, simulation.channel().time()),
       spheres_due_(settings_.output.spheres_every, simulation.channel().time()),
       fixed_due_(settings_.output.fixed_every, simulation.channel().time()),
+      cfl_made_(simulation.channel().cfl()),
+      cfl_to_come_(cfl_made_),
       fields_(folder, simulation.channel().grid(), simulation.channel().decomposition(),
               resume ? simulation.channel().step() : -1) {
   const MPI_Comm comm = simulation_.channel().comm();
@@ -173,6 +176,7 @@ void RunOutput<Real>::save(const SaveGroup& group) const {
   spheres_due_.save(group.group("spheres_due"));
   fixed_due_.save(group.group("fixed_due"));
   boundary_.save(group.group("slip"));
+  group.value("cfl", cfl_made_);
   group.value("worst_momentum_residual", worst_residual_);
   if (const auto loads = fixed_loads()) {
     std::vector<std::int64_t> tags;
@@ -194,6 +198,7 @@ void RunOutput<Real>::load(const LoadGroup& group) {
     spheres_due_.load(group.group("spheres_due"));
     fixed_due_.load(group.group("fixed_due"));
     if (group.has("slip")) boundary_.load(group.group("slip"));
+    if (group.has("cfl")) cfl_made_ = group.value<double>("cfl");
     worst_residual_ = group.value<double>("worst_momentum_residual");
     if (!group.has(fixed_tags)) return;
     const Part part = even_share(group.size(fixed_tags), simulation_.channel().comm());
@@ -222,6 +227,7 @@ void RunOutput<Real>::after_step() {
   simulation_.timing().measure(phase_, [&] {
     const Channel<Real>& channel = simulation_.channel();
     warn_of_new_spheres();
+    cfl_made_ = std::exchange(cfl_to_come_, channel.cfl());
     worst_residual_ = std::fmax(worst_residual_, simulation_.momentum_residual());
     boundary_.loops_sum += channel.forcing_loops();
     ++boundary_.steps;
@@ -358,7 +364,7 @@ HistoryRow RunOutput<Real>::history_row() const {
       .step = channel.step(),
       .time = channel.time(),
       .dt = channel.last_time_step(),
-      .cfl = channel.cfl(),
+      .cfl = cfl_made_,
       .bulk_velocity = channel.bulk_velocity(),
       .driving = driving,
       .kinetic_energy = channel.kinetic_energy() / channel.grid().volume(),

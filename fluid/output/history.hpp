@@ -13,7 +13,7 @@ struct HistoryRow {
   std::int64_t step = 0;
   double time = 0.0;               ///< [T]
   double dt = 0.0;                 ///< step just made [T]
-  double cfl = 0.0;                ///< max over cells of (|u| + |v| + |w|) dt / h
+  double cfl = 0.0;                ///< its max over cells of (|u| + |v| + |w|) dt / h
   double bulk_velocity = 0.0;      ///< mean of u over the box [L/T]
   double driving = 0.0;            ///< mean driving force per volume along x [M/(L^2 T^2)]
   double kinetic_energy = 0.0;     ///< per volume of the box [M/(L T^2)]

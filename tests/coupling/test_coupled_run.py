@@ -343,8 +343,12 @@ def test_liggghts_follows_a_time_step_that_follows_the_flow(tmp_path):
     assert len(set(step)) >= 2
     assert step.max() < 0.04
     np.testing.assert_allclose(np.diff(time), step[1:], rtol=1e-9)
-    # cfl is that of the step to come: at most what was asked for, at least a rung below.
+    # cfl is that of the row's step: at most what was asked for, at least a rung below; the first one began with the
+    # start's speed, however long it is.
     cfl = np.array([float(row["cfl"]) for row in history])
+    assert job(tmp_path, "--steps", "1", "--set", "time.step=0.005", out="short").status == 0
+    short = rows(tmp_path / "short" / "history.csv")[0]
+    assert cfl[0] / step[0] == pytest.approx(float(short["cfl"]) / 0.005, rel=1e-12)
     assert 0.35 / 2 ** (1 / 16) < cfl.min() <= cfl.max() < 0.35 * (1 + 1e-9)
     which, motion = mobile_spheres(tmp_path)
     path = motion[which[:, 1] == 10]
