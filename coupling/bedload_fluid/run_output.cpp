@@ -368,7 +368,7 @@ HistoryRow RunOutput<Real>::history_row() const {
       .bulk_velocity = channel.bulk_velocity(),
       .driving = driving,
       .kinetic_energy = channel.kinetic_energy() / channel.grid().volume(),
-      .dissipation = channel.viscous_loss() / channel.grid().volume(),
+      .dissipation = (channel.viscous_loss() + channel.wall_power()) / channel.grid().volume(),
       .forcing_work = density * work.forcing,
       .viscous_work = density * work.viscous,
       .convective_work = density * work.convective,

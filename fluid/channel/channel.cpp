@@ -147,6 +147,12 @@ double Channel<Real>::viscous_loss() const {
 }
 
 template <class Real>
+double Channel<Real>::wall_power() const {
+  return settings_.fluid.density * settings_.fluid.kinematic_viscosity / (grid_.h * grid_.h) *
+         wall_power_integral(velocity_, grid_, decomposition_);
+}
+
+template <class Real>
 std::array<double, 2> Channel<Real>::wall_stress() const {
   return mean_wall_stress(velocity_, grid_, decomposition_,
                           settings_.fluid.density * settings_.fluid.kinematic_viscosity);

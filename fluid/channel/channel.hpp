@@ -113,8 +113,10 @@ class Channel {
   /// Slip of the projected velocity at the markers.
   Slip slip() { return boundary_ ? boundary_->slip(velocity_) : Slip{}; }
   double kinetic_energy() const;  ///< [M L^2/T^2]
-  /// What viscosity takes from it [M L^2/T^3].
+  /// What viscosity takes from it, less what walls that slide give [M L^2/T^3].
   double viscous_loss() const;
+  /// What walls that slide give [M L^2/T^3]; with viscous_loss() what viscosity turns into heat.
+  double wall_power() const;
   /// Mean streamwise stress that the fluid exerts on the lower and on the upper wall [M/(L T^2)].
   std::array<double, 2> wall_stress() const;
 

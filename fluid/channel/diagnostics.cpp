@@ -81,6 +81,49 @@ double viscous_power_integral(const Field<Real>& a, const Field<Real>& velocity,
   return grid.cell_volume() * all_ranks(sum, MPI_SUM, decomposition.comm());
 }
 
+// A wall between the value q beside it and g beyond has the velocity (g + q)/2 and the gradient
+// (g - q) over their distance; at a free surface g = q. Values on another wall, at the last place
+// along their own direction, are none of the flow's.
+template <class Real>
+double wall_power_integral(const Field<Real>& velocity, const Grid& grid,
+                           const Decomposition& decomposition) {
+  const int nx = grid.cells[0], nz = decomposition.rows(), top = decomposition.planes() - 1;
+  const auto work = [](Real beyond, Real beside) {
+    return 0.5 * (double(beyond) * double(beyond) - double(beside) * double(beside));
+  };
+  const auto inside = [&](int c, int j, int k) {
+    if (c == 1) return j < top || !decomposition.at_upper_wall();
+    return c != 2 || k < nz - 1 || !decomposition.at_front_wall();
+  };
+  double sum = 0.0;
+  const auto add_row = [&](int c, int ghost_plane, int ghost_row, int j, int k, double area) {
+    const Real *g = velocity.row(ghost_plane, ghost_row, c), *q = velocity.row(j, k, c);
+    const int count = c == 0 && !grid.periodic(0) ? nx - 1 : nx;
+    if (inside(c, j, k)) sum += area * row_total(count, [&](int i) { return work(g[i], q[i]); });
+  };
+  for (int k = 0; k < nz; ++k)
+    for (const int c : {0, 2}) {
+      if (decomposition.at_lower_wall()) add_row(c, -1, k, 0, k, 1.0 / grid.gap(-1));
+      if (decomposition.at_upper_wall())
+        add_row(c, top + 1, k, top, k, 1.0 / grid.gap(grid.cells[1] - 1));
+    }
+  for (int j = 0; j <= top; ++j) {
+    const int global = decomposition.first() + j;
+    const auto height = [&](int c) { return c == 1 ? grid.gap(global) : grid.thickness(global); };
+    for (const int c : {0, 1}) {
+      if (decomposition.at_back_wall()) add_row(c, j, -1, j, 0, height(c));
+      if (decomposition.at_front_wall()) add_row(c, j, nz, j, nz - 1, height(c));
+    }
+    if (grid.periodic(0)) continue;
+    for (int k = 0; k < nz; ++k)
+      for (const int c : {1, 2}) {
+        const Real* q = velocity.row(j, k, c);
+        if (inside(c, j, k)) sum += height(c) * (work(q[-1], q[0]) + work(q[nx], q[nx - 1]));
+      }
+  }
+  return grid.cell_volume() * all_ranks(sum, MPI_SUM, decomposition.comm());
+}
+
 // -1/4 a_c [(A + A_next) (q + q_next) - the same one face back], summed over the three directions
 // d, q = u_c, A = u_d and A_next the same one place along c. Through faces above and below the
 // difference counts as it is, through the others times the height of the cell of u_c; over the two
@@ -256,6 +299,7 @@ std::array<double, 2> mean_wall_stress(const Field<Real>& velocity, const Grid& 
                                    const Decomposition&);                                         \
   template double viscous_power_integral(const Field<Real>&, const Field<Real>&, const Grid&,     \
                                          const Decomposition&);                                   \
+  template double wall_power_integral(const Field<Real>&, const Grid&, const Decomposition&);     \
   template double convective_power_integral(const Field<Real>&, const Field<Real>&, const Grid&,  \
                                             const Decomposition&);                                \
   template double largest_divergence(const Field<Real>&, const Grid&, const Decomposition&);      \

@@ -29,6 +29,13 @@ template <class Real>
 double viscous_power_integral(const Field<Real>& a, const Field<Real>& u, const Grid& grid,
                               const Decomposition& decomposition);
 
+/// Sum over the no-slip walls of their velocity times h times its gradient towards them, times the
+/// wall's area and h: times nu/h^2 the work of walls that slide on the fluid over its density;
+/// what viscosity turns into heat is this minus viscous_power_integral(u, u) [L^5/T^2].
+template <class Real>
+double wall_power_integral(const Field<Real>& u, const Grid& grid,
+                           const Decomposition& decomposition);
+
 /// Sum over all cells of a . N(u) times their volume and h, N = -div(uu) the discrete convection
 /// (momentum.hpp) of a field free of divergence: the work of u's convection on a motion a, own
 /// cells of which are used; zero with a = u.

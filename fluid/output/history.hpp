@@ -17,9 +17,9 @@ struct HistoryRow {
   double bulk_velocity = 0.0;      ///< mean of u over the box [L/T]
   double driving = 0.0;            ///< mean driving force per volume along x [M/(L^2 T^2)]
   double kinetic_energy = 0.0;     ///< per volume of the box [M/(L T^2)]
-  double dissipation = 0.0;        ///< what viscosity takes from it [M/(L T^3)]
+  double dissipation = 0.0;        ///< what viscosity turns into heat [M/(L T^3)]
   double forcing_work = 0.0;       ///< of the markers on the flow, last step [M/(L T^3)]
-  double viscous_work = 0.0;       ///< of viscosity, as the stages took it (energy_account.hpp)
+  double viscous_work = 0.0;       ///< of viscosity and sliding walls (energy_account.hpp)
   double convective_work = 0.0;    ///< of convection, likewise: an error of the time scheme
   double u_tau_driving = 0.0;      ///< of the driving force (derived_numbers.hpp) [L/T]
   double wall_stress_lower = 0.0;  ///< mean of the lower y wall along x [M/(L T^2)]

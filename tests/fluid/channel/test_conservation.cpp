@@ -189,6 +189,77 @@ TEST(Conservation, ViscosityTakesWhatTheKineticEnergyLoses) {
   }
 }
 
+/// In plane Couette flow the walls give what viscosity turns into heat, mu (du/dy)^2, and the
+/// flow's energy stays. Of any flow the heat is the sum of squares of the differences across faces,
+/// that between walls of any direction, which slide and are half a cell away from the values beside
+/// them.
+TEST(Conservation, WallsThatSlideGiveWhatViscosityTurnsIntoHeat) {
+  Settings couette = box({8, 12, 8}, 0.125, 0.1, 0.002);
+  set_y_ends(couette, Wall::no_slip, Wall::no_slip);
+  couette.fluid.density = 2.0;
+  couette.boundary.y_lower_velocity = {-0.5, 0.0, 1.0};
+  couette.boundary.y_upper_velocity = {1.0, 0.0, -1.0};
+  Channel<double> channel(couette, MPI_COMM_WORLD);
+  channel.set_velocity([](int c, const Vec3& x) {
+    const double rise = x[1] / 1.5;
+    return c == 0 ? -0.5 + 1.5 * rise : c == 2 ? 1.0 - 2.0 * rise : 0.0;
+  });
+  const double heat = 2.0 * 0.1 * (1.5 * 1.5 + 2.0 * 2.0) / (1.5 * 1.5) * 1.5;
+  EXPECT_NEAR(channel.viscous_loss(), 0.0, 1e-12);
+  EXPECT_NEAR(channel.wall_power(), heat, 1e-12);
+
+  for (const Ends& ends : {Ends{no_slip, no_slip, no_slip}, Ends{periodic, no_slip, no_slip},
+                           Ends{no_slip, free_slip, periodic}}) {
+    SCOPED_TRACE(name_of(ends));
+    const int n = 8;
+    Settings s = box({n, n, n}, 1.0 / n, 0.1, 0.002);
+    set_ends(s, ends);
+    const auto slide = [&](std::size_t d, std::array<double, 3>& low, std::array<double, 3>& up,
+                           const std::array<double, 3>& velocity) {
+      if (ends[d][0] == Wall::no_slip) low = up = velocity;
+    };
+    slide(0, s.boundary.x_lower_velocity, s.boundary.x_upper_velocity, {0.0, 0.3, -0.4});
+    slide(1, s.boundary.y_lower_velocity, s.boundary.y_upper_velocity, {0.5, 0.0, 0.2});
+    slide(2, s.boundary.z_lower_velocity, s.boundary.z_upper_velocity, {-0.6, 0.7, 0.0});
+    Channel<double> moving(s, MPI_COMM_WORLD);
+    moving.set_velocity([](int c, const Vec3& x) {
+      return std::sin(3.0 * x[0] + c) + std::cos(5.0 * x[1] - c) * x[2];
+    });
+    const Field<double>& u = moving.velocity();
+    const Decomposition& blocks = moving.decomposition();
+    const bool last[3] = {!moving.grid().periodic(0), blocks.at_upper_wall(),
+                          blocks.at_front_wall()};
+    const bool first[3] = {last[0], blocks.at_lower_wall(), blocks.at_back_wall()};
+    const int count[3] = {n, blocks.planes(), blocks.rows()};
+    double sum = 0.0;
+    for (int c = 0; c < 3; ++c)
+      for (int k = 0; k < count[2]; ++k)
+        for (int j = 0; j < count[1]; ++j)
+          for (int i = 0; i < n; ++i) {
+            const int at[3] = {i, j, k};
+            if (last[c] && at[c] == count[c] - 1) continue;  // on a wall
+            for (int d = 0; d < 3; ++d) {
+              const auto value = [&](int by) {
+                return u.row(j + (d == 1 ? by : 0), k + (d == 2 ? by : 0),
+                             c)[i + (d == 0 ? by : 0)];
+              };
+              const auto across = [&](int by, bool wall) {  // all of a face: from one side alone
+                const double difference = value(by) - value(0);
+                return (wall ? 0.5 : by > 0 ? 1.0 : 0.0) * difference * difference;
+              };
+              const bool along = c == d;  // values on the wall, half of a cell of the first one
+              if (along && at[d] == 0 && first[d]) sum += std::pow(value(-1) - value(0), 2);
+              sum += across(1, last[d] && !along && at[d] == count[d] - 1);
+              if (first[d] && !along && at[d] == 0) sum += across(-1, true);
+            }
+          }
+    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, moving.comm());
+    const double wanted = 0.1 * sum / n;  // nu (difference/h)^2 h^3
+    EXPECT_NEAR((moving.viscous_loss() + moving.wall_power()) / wanted, 1.0, 1e-12);
+    EXPECT_GT(std::abs(moving.wall_power()), 0.01 * wanted);
+  }
+}
+
 /// Order in time: three step lengths on one grid, differences between them.
 double time_order(const Variant& variant, double viscosity) {
   const auto run = [&](double dt, int steps) {
