@@ -20,6 +20,10 @@ class MissingOutput(Exception):
     """A file or value that the run did not write; one sentence."""
 
 
+class UnknownContacts(MissingOutput):
+    """Which grains touched, and so every state, cannot be told of the run; one sentence."""
+
+
 @dataclass(frozen=True)
 class Motion:
     """Where grains are and how they move, at instants; what shape the arrays have, each kind says."""
@@ -178,7 +182,16 @@ class Run:
         return self._contacts(COLLISIONS)
 
     def contacts(self) -> Collisions:
-        """All contacts, those that were under way at the end of the run as if they ended with it."""
+        """All contacts, those that were under way at the end of the run as if they ended with it.
+
+        Raises UnknownContacts where these have no table: a run writes it at its end and takes it away where it goes on.
+        """
+        if not self.has_collisions:
+            raise UnknownContacts(f"{self.folder} has no {COLLISIONS}, without which no state of a grain can be told.")
+        if not (self.folder / OPEN_CONTACTS).is_file():
+            raise UnknownContacts(f"{self.folder} has no {OPEN_CONTACTS}, so the run has not come to an end (or is of "
+                                  "a version without this file), and no state of a grain can be told; --restart goes "
+                                  "on from its checkpoint.")  # fmt: skip
         finished, under_way = self.collisions(), self._contacts(OPEN_CONTACTS)
         names = Collisions.__dataclass_fields__
         return Collisions(*(np.concatenate([getattr(c, name) for c in (finished, under_way)]) for name in names))

@@ -70,6 +70,13 @@ def _render(console: Console, run: Run) -> None:
         console.print(f"[yellow]No picture.png: {problem}[/]")
 
 
+def _phases(run: Run) -> states.Phases:
+    return states.analyse(
+        run.contacts(), time_ranges(run.instants()), run.sample_blocks(), run.periods,
+        run.bulk_velocity, run.diameter,
+    )  # fmt: skip
+
+
 def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None:
     """Writes path.png, overlap.png, picture.png and report.html into `folder` and prints the numbers.
 
@@ -82,13 +89,10 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
     has_grains = _or_note(console, lambda: any(len(block) for block in run.sample_blocks(rows=1)), False)
     grains: list[Line] = []
     if has_grains:
-        phases = states.analyse(
-            run.contacts(), time_ranges(run.instants()), run.sample_blocks(), run.periods,
-            run.bulk_velocity, run.diameter,
-        )
+        phases = _or_note(console, lambda: _phases(run), None) if run.has_collisions else None
         grains = summary.grain_lines(run, phases)
         if pictures and summary.has_bed(run):
-            if len(phases.tag) and run.has_collisions:  # which tell the states
+            if phases is not None and len(phases.tag):
                 tag = path.chosen_grain(phases)
                 path.draw(run, phases, run.samples_of(tag), tag, folder / "path.png")
             bed_motion.draw(run, folder / "bed_motion.png")

@@ -95,8 +95,9 @@ def collision_line(run: Run) -> Line:
     return Line("finished collisions", f"{len(run.collisions())}")
 
 
-def grain_lines(run: Run, phases: Phases) -> list[Line]:
-    """Motion of grains on a bed: velocity, states, jumps, slip; without a bed what is left of it."""
+def grain_lines(run: Run, phases: Phases | None) -> list[Line]:
+    """Motion of grains on a bed: velocity, states, jumps, slip; without a bed what is left of it. `phases`: None where
+    no state can be told."""
     if not has_bed(run):
         return free_grain_lines(run)
     lines = [
@@ -104,8 +105,8 @@ def grain_lines(run: Run, phases: Phases) -> list[Line]:
         Line("mean grain velocity", f"{fixed_point(mean_grain_velocity(run), 4)} u_b"),
         collision_line(run),
     ]
-    if not run.has_collisions:  # without contacts no state can be told
-        return lines
+    if phases is None:
+        return [*lines, Line("states", "unknown", "the run has not come to an end")] if run.has_collisions else lines
     if len(phases.tag) == 0:
         return [*lines, Line("states", "none", "the record is too short for them")]
     for name, share in zip(NAMES, phases.shares(), strict=True):

@@ -346,7 +346,10 @@ class _Counter:
 
 
 def measure(run: Run, since: float = 0.0) -> Transport:
-    """Everything about the grains of `run` from the time `since` on."""
+    """Everything about the grains of `run` from the time `since` on.
+
+    Raises UnknownContacts, too, where the run was cut off or wrote of no collisions.
+    """
     ranges = time_ranges(run.instants(since=since))
     if not any(last > first for first, last in ranges.values()):
         raise MissingOutput(f"{run.folder} has no mobile sphere with two samples after t = {since:g}.")

@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 from bedload_launcher.bench import circumstances
 from bedload_launcher.numbers import whole
-from bedload_post.outputs import Run
+from bedload_post.outputs import COLLISIONS, OPEN_CONTACTS, Run
 from bedload_post.transport import measure
 
 GRAINS = 500
@@ -69,14 +69,16 @@ def write_samples(folder: Path, instants: int, random: np.random.Generator) -> N
 
 
 def write_collisions(folder: Path, count: int, end: float, random: np.random.Generator) -> None:
+    """collisions.csv, and no contact under way at the end."""
     start = np.sort(random.random(count)) * end
     rows = np.column_stack(
         [random.integers(1, GRAINS + 1, count), np.full(count, 9999), start, start + 0.3]
     )
-    np.savetxt(
-        folder / "collisions.csv", rows, delimiter=",", fmt=["%d", "%d", "%.9g", "%.9g"],
-        header="tag_i,tag_j,time_start,time_end", comments="",
-    )  # fmt: skip
+    for table, shown in ((COLLISIONS, rows), (OPEN_CONTACTS, rows[:0])):
+        np.savetxt(
+            folder / table, shown, delimiter=",", fmt=["%d", "%d", "%.9g", "%.9g"],
+            header="tag_i,tag_j,time_start,time_end", comments="",
+        )  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> int:

@@ -29,7 +29,7 @@ from bedload_post.model_figures import in_order
 from bedload_post.model_numbers import Bed, make_case
 from bedload_post.models_report import Comparison, rewrite, write
 from bedload_post.other_records import Record
-from bedload_post.outputs import MissingOutput, Run
+from bedload_post.outputs import MissingOutput, Run, UnknownContacts
 
 from . import made_by, turbulence
 from .earlier_run import EarlierRun
@@ -371,6 +371,8 @@ def report(options: argparse.Namespace, scene: Scene, runs: Sequence[Member]) ->
             else:
                 bed = measured_bed(Run(member.out), discard)
             described.append(member)
+        except UnknownContacts as unknown_contacts:
+            raise UserError(str(unknown_contacts)) from unknown_contacts
         except MissingOutput as missing:
             print(f"bedload: left out of the report: {missing}", flush=True)
     if not cases:

@@ -21,7 +21,7 @@ from bedload_post.bed_friction import friction_velocity
 from bedload_post.frames import frames
 from bedload_post.incipient_motion import Point
 from bedload_post.model_figures import MODELS
-from bedload_post.outputs import MissingOutput, Run
+from bedload_post.outputs import MissingOutput, Run, UnknownContacts
 from bedload_post.states import RESTING
 from bedload_post.transport import measure
 
@@ -185,6 +185,8 @@ def experiment(plan: Plan, options: argparse.Namespace) -> Experiment:
                 points.append(point_of(run, model, shields, since))
                 outputs[model, shields] = run
                 runs.append(member)
+            except UnknownContacts as unknown_contacts:
+                raise UserError(str(unknown_contacts)) from unknown_contacts
             except MissingOutput as missing:
                 print(f"bedload: left out of the report: {missing}", flush=True)
     if not points:

@@ -125,6 +125,7 @@ def write_run(folder: Path, story: Story, tag=1, cells=(80, 45, 40)):
             "rebound_speed_normal,impulse_normal,impulse_tangential"]  # fmt: skip
     rows += [f"{tag},1000,{a!r},{b!r},0,0,0,0,0,0,0,0" for a, b in story.contacts]
     (folder / "collisions.csv").write_text("\n".join(rows) + "\n")
+    (folder / "collisions_open.csv").write_text(rows[0] + "\n")
 
     faces = [np.linspace(0, length, n + 1) for length, n in zip(box, cells, strict=True)]
     x, y, z = (0.5 * (f[1:] + f[:-1]) for f in faces)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bedload_launcher.errors import UserError
 from bedload_post import incipient_motion
 from bedload_post.batches import Estimate
 from bedload_post.incipient_motion import (
@@ -192,6 +193,19 @@ def test_a_run_that_is_not_over_is_left_out_of_the_report(tmp_path, capsys):
     said = capsys.readouterr().out
     assert "left out of the report" in said and "rpm-0.03/spheres.h5.part is of a run that goes on" in said
     assert [p.model for p in threshold_report.read(tmp_path / "report").points] == ["actm"]
+
+
+@pytest.mark.parametrize("table", ["collisions.csv", "collisions_open.csv"])
+def test_a_run_without_its_contacts_ends_the_study(tmp_path, table):
+    """It is no run that is only too short: with its contacts at rest counted as jumps it would look like one."""
+    for name in ("bed", "rpm-0.03", "actm-0.03"):
+        write_run(tmp_path / name, wandering_story())
+    (tmp_path / "rpm-0.03" / table).unlink()
+    parser = argparse.ArgumentParser()
+    threshold.add_options(parser)
+    line = ["--report-only", "--models", "rpm", "actm", "--shields", "0.03", "--discard", "0.1", "--out", str(tmp_path)]
+    with pytest.raises(UserError, match=f"rpm-0.03 has no {table}"):
+        threshold.run(parser.parse_args(line))
 
 
 def test_a_threshold_stands_beside_that_of_exposed_grains():

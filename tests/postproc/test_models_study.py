@@ -309,6 +309,16 @@ def Run_end(folder):
     return Run(folder).history()["time"][-1]
 
 
+@pytest.mark.parametrize("table", ["collisions.csv", "collisions_open.csv"])
+def test_a_report_takes_no_run_without_its_contacts(tmp_path, table):
+    """One that was killed behind the start-up: every contact under way would count as none."""
+    out = write_run(tmp_path / "setup2_small-actm", wandering_story())
+    (out / table).unlink()
+    given = options("--report-only", "--no-bed", "--models", "actm", "--discard", "0.1", "--out", str(tmp_path))
+    with pytest.raises(UserError, match=f"setup2_small-actm has no {table}"):
+        models.run(given)
+
+
 def test_variables_reach_the_script(tmp_path):
     work = job.Job(
         find_scene("setup1_small"), "rpm", job.Ranks(1, 1), tmp_path, variables={"density": "1.75"}

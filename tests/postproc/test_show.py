@@ -140,7 +140,9 @@ def test_without_a_table_of_collisions_no_states_are_told(folder, tmp_path, monk
     """A script without fix collision/table: neither "0 collisions" nor "creeping 100 %" is a fact."""
     bare = shutil.copytree(folder, tmp_path / "bare")
     (bare / "collisions.csv").unlink()
-    found = values(summary.grain_lines(Run(bare), phases_of(Run(bare))))
+    with pytest.raises(MissingOutput, match=f"{bare} has no collisions.csv, without which no state"):
+        transport.measure(Run(bare))
+    found = values(summary.grain_lines(Run(bare), None))
     assert found["collisions, states"] == "unknown"
     assert set(found) == {"mobile grains", "mean grain velocity", "collisions, states"}
     assert summary.free_grain_lines(Run(bare))[-1].note == "there is no collisions.csv"
@@ -149,6 +151,24 @@ def test_without_a_table_of_collisions_no_states_are_told(folder, tmp_path, monk
         (run / "path.png").unlink(missing_ok=True)
         show.show(run)
         assert (run / "path.png").is_file() == drawn
+
+
+def test_a_run_that_has_not_come_to_an_end_tells_no_states(folder, tmp_path, monkeypatch, capsys):
+    """Contacts under way at a crash stand nowhere: a grain that rests would jump."""
+    cut = shutil.copytree(folder, tmp_path / "cut")
+    (cut / "collisions_open.csv").unlink()
+    sentence = f"{cut} has no collisions_open.csv, so the run has not come to an end"
+    for asked in (lambda: Run(cut).contacts(), lambda: transport.measure(Run(cut), 1.0)):
+        with pytest.raises(MissingOutput, match=f"{sentence} .*--restart goes on"):
+            asked()
+    monkeypatch.setattr(show, "_render", lambda *_: None)
+    (cut / "path.png").unlink(missing_ok=True)
+    show.show(cut)
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.count(sentence) == 1 and "mean grain velocity" in said and "Re_tau" in said
+    assert "states unknown the run has not come to an end" in said
+    assert "time jumping" not in said and not (cut / "path.png").exists()
+    assert "the run has not come to an end" in (cut / "report.html").read_text()
 
 
 def test_a_run_that_was_cut_off_says_why_it_shows_no_grains(folder, tmp_path):
