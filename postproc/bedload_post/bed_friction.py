@@ -2,10 +2,8 @@
 
 import math
 
-import numpy as np
-
 from . import flow_statistics
-from .batches import batches_of, estimate
+from .batches import batches_of, estimate_over_time, mean_over_time
 from .flow_statistics import FlowStatistics
 from .outputs import MissingOutput, Run
 
@@ -50,11 +48,10 @@ def bed_stress(statistics: FlowStatistics, bed_top: float, clear: float, without
 
 
 def driving_friction(run: Run, since: float) -> float:
-    """u_tau = sqrt(|f| H/rho) [L/T] of the mean driving force f from `since` on, H = driven_height; nan without
-    rows."""
+    """u_tau = sqrt(|f| H/rho) [L/T] of the driving force f, mean over the time from `since` on, H = driven_height; nan
+    without rows."""
     history = run.history()
-    driving = history["driving"][history["time"] >= since]
-    mean = abs(np.mean(driving)) if len(driving) else math.nan
+    mean = abs(mean_over_time(history["time"], history["driving"], since))
     return math.sqrt(mean * driven_height(run) / run.value("fluid.density"))
 
 
@@ -66,7 +63,7 @@ def driving_friction_interval(run: Run, since: float) -> float:
     if rows.sum() < 2:
         return math.nan
     throughs = (history["time"][rows][-1] - since) * run.bulk_velocity / run.box[0]
-    force = estimate(history["driving"][rows], batches_of(throughs))
+    force = estimate_over_time(history["time"], history["driving"], since, batches_of(throughs))
     return driving_friction(run, since) * 0.5 * force.half_width / abs(force.mean) if force.mean else math.nan
 
 

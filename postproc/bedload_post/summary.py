@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import flow_statistics
+from .batches import mean_over_time, second_half
 from .bed_friction import driving_friction
 from .outputs import MissingOutput, Run
 from .states import NAMES, Phases
@@ -146,18 +147,17 @@ def statistics_lines(run: Run) -> list[Line]:
 
 
 def flow_lines(run: Run) -> list[Line]:
-    """State of the flow, from the second half of history.csv, and the run's own checks."""
+    """State of the flow, from the second half of the time of history.csv, and the run's own checks."""
     history = run.history()
-    count = len(history["time"])
-    if count == 0:
+    if len(history["time"]) == 0:
         raise MissingOutput(f"history.csv of {run.folder} has no rows.")
-    half = slice(count // 2, None)
+    middle = history["time"][second_half(history["time"])]
     lines = [
         Line("fluid steps", f"{int(history['step'][-1])}"),
         Line("time", f"{history['time'][-1]:.4g}", "in units of the scene"),
         Line("CFL number, largest", f"{history['cfl'].max():.3f}"),
     ]
-    friction = driving_friction(run, history["time"][count // 2]) if has_friction(run) else 0.0
+    friction = driving_friction(run, middle) if has_friction(run) else 0.0
     if friction > 0:
         reynolds = friction * run.depth / run.viscosity
         lines += [
@@ -171,10 +171,12 @@ def flow_lines(run: Run) -> list[Line]:
             lines.append(Line("Shields number", f"{shields:.4f}", "critical: 0.035"))
     lines += statistics_lines(run)
     scale = run.bulk_velocity
+    slip = mean_over_time(history["time"], history["slip_rms"], middle)
+    largest = history["slip_max"][history["time"] >= middle].max()
     lines += [
         Line("divergence, largest", f"{np.abs(history['max_divergence']).max():.1e}", "1/T"),
-        Line("slip at markers, rms", f"{np.mean(history['slip_rms'][half]) / scale:.2e} u_b"),
-        Line("slip at markers, largest", f"{history['slip_max'][half].max() / scale:.2e} u_b"),
+        Line("slip at markers, rms", f"{slip / scale:.2e} u_b"),
+        Line("slip at markers, largest", f"{largest / scale:.2e} u_b"),
     ]
     residual = np.abs(history["momentum_residual"]).max()
     if not np.isnan(residual):  # between x walls nobody follows it

@@ -21,7 +21,7 @@ from bedload_launcher import job
 from bedload_launcher.errors import UserError, unknown
 from bedload_launcher.memory import MemoryWatch
 from bedload_launcher.words import last_sentence
-from bedload_post.batches import Estimate, estimate
+from bedload_post.batches import Estimate, estimate_over_time
 from bedload_post.outputs import MissingOutput, Run
 
 from .earlier_run import EarlierRun
@@ -50,10 +50,11 @@ class Series:
     values: np.ndarray
 
     def mean(self, since: float) -> Estimate:
+        """Over the time from `since` on."""
         late = self.values[self.time >= since]
         if len(late) < FEWEST or not np.isfinite(late).all():
             return Estimate(math.nan, math.nan, np.zeros(0))
-        return estimate(late)
+        return estimate_over_time(self.time, self.values, since)
 
 
 def grain_series(run: Run) -> dict[str, Series]:

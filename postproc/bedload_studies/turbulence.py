@@ -19,6 +19,7 @@ import matplotlib.pyplot as plt  # noqa: E402  (after the choice of a backend wi
 import numpy as np  # noqa: E402
 from bedload_launcher.errors import UserError, unknown  # noqa: E402
 from bedload_launcher.numbers import finite  # noqa: E402
+from bedload_post.batches import mean_over_time  # noqa: E402
 from bedload_post.bed_friction import friction_velocity  # noqa: E402
 from bedload_post.outputs import MissingOutput, Run  # noqa: E402
 from matplotlib.backend_bases import FigureCanvasBase  # noqa: E402
@@ -116,9 +117,10 @@ def run(options: argparse.Namespace) -> int:
     history = case.history()
     late = history["time"] >= options.since
     energy = history["kinetic_energy"][late]
+    mean_energy = mean_over_time(history["time"], history["kinetic_energy"], options.since)
     print(f"u_tau / u_b      {friction / case.bulk_velocity:.4f} ({source})")
     print(f"Re_tau           {friction * case.depth / case.viscosity:.0f}")
-    print(f"kinetic energy   {energy.mean():.4f}, between {energy.min():.4f} and {energy.max():.4f}")
+    print(f"kinetic energy   {mean_energy:.4f}, between {energy.min():.4f} and {energy.max():.4f}")
     print(f"snapshots        {count}")
     if still.any():
         names = ", ".join(f"{height:g}" for height, none in zip(heights, still, strict=True) if none)

@@ -40,6 +40,14 @@ def test_the_answers_of_a_run(tmp_path):
         scene_answers.chosen({"flow energy": Series(TIME, 0.0 * TIME + 3.0)}, None, 0.0)
 
 
+def test_an_answer_is_a_mean_over_time():
+    """As long at 1 as at 3, where time.cfl has made the steps ten times shorter."""
+    time = np.concatenate([np.arange(1, 101) * 0.01, 1.0 + np.arange(1, 1001) * 0.001])
+    found = Series(time, np.where(np.arange(1100) < 100, 1.0, 3.0)).mean(0.0)
+    assert found.mean == pytest.approx(2.0)
+    assert found.batches == pytest.approx([1.0] * 5 + [3.0] * 5)
+
+
 def test_a_price_is_a_number_when_it_is_long_or_agrees():
     assert Priced([4.0]).settled()
     assert not Priced([0.5, 0.5, 0.5]).settled()  # below three seconds in all

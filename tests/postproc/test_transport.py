@@ -11,9 +11,9 @@ import matplotlib.image
 import numpy as np
 import pytest
 from bedload_post import (
-    bed_friction, flow_statistics, model_figures, model_numbers, model_sentences, models_report, transport,
+    bed_friction, flow_statistics, model_figures, model_numbers, model_sentences, models_report, summary, transport,
 )  # fmt: skip
-from bedload_post.batches import batches_of, estimate
+from bedload_post.batches import batches_of, estimate, estimate_over_time, mean_over_time, second_half
 from bedload_post.frames import first_above, frames, grains_per_instant, pieces, time_ranges
 from bedload_post.outputs import MissingOutput, Run, Samples
 from bedload_post.states import CREEPING, JUMPING, RESTING
@@ -167,6 +167,56 @@ def test_interval_is_student_s():
     assert found.half_width == pytest.approx(3.18245 * 1.29099 / 2, rel=1e-5)
     assert estimate(np.array([0.0, 1.0] * 8), batches=16).memory == pytest.approx(-15 / 16)
     assert np.isnan(estimate(np.array([1.0]), batches=4).half_width)
+
+
+def uneven():
+    """Times of a record of 2, a hundred steps in its first half and a thousand in its second, and values 1 and 3."""
+    time = np.concatenate([np.arange(1, 101) * 0.01, 1.0 + np.arange(1, 1001) * 0.001])
+    return time, np.where(np.arange(1100) < 100, 1.0, 3.0)
+
+
+def test_rows_of_short_steps_count_for_little():
+    time, values = uneven()
+    assert mean_over_time(time, values) == pytest.approx(2.0)
+    assert mean_over_time(time, values, 0.505) == pytest.approx((0.5 * 1.0 + 1.0 * 3.0) / 1.5)
+    assert np.isnan(mean_over_time(time, values, 5.0))
+    assert second_half(time) == 100
+    found = estimate_over_time(time, values, batches=4)
+    assert found.batches == pytest.approx([1.0, 1.0, 3.0, 3.0])
+    assert found.mean == pytest.approx(2.0) and found.half_width == estimate(found.batches, 4).half_width
+    # A row that reaches over the end of a batch goes into both by its time.
+    assert estimate_over_time(np.array([1.0, 2.0, 5.0]), np.array([1.0, 2.0, 6.0]), batches=2).batches == (
+        pytest.approx([(1.0 + 2.0 + 0.5 * 6.0) / 2.5, 6.0])
+    )
+
+
+def test_even_rows_are_what_they_were():
+    numbers = np.random.default_rng(8).normal(size=120)
+    time = 0.3 + 0.1 * np.arange(120)
+    for batches in (4, 10):
+        one, other = estimate(numbers, batches), estimate_over_time(time, numbers, batches=batches)
+        assert (one.mean, one.half_width) == (pytest.approx(other.mean), pytest.approx(other.half_width))
+        assert one.batches == pytest.approx(other.batches)
+    assert second_half(time) == 60
+    assert (second_half(time[:1]), mean_over_time(time[:1], numbers[:1])) == (0, numbers[0])
+
+
+def test_friction_is_of_the_force_over_time(tmp_path):
+    """Force 1 up to 1, 3 up to 1.4 and 5 up to 2, a depth of 8: the second half, of which ten of eleven rows are, has
+    4.2; half of the rows would have 5."""
+    run = Run(write_run(tmp_path / "run", wandering_story()))
+    time, _ = uneven()
+    force = np.select([time < 1.0005, time < 1.4005], [1.0, 3.0], 5.0)
+    lines = ["step,time,driving,cfl,max_divergence,slip_rms,slip_max,momentum_residual"]
+    lines += [f"1,{t!r},{f!r},0.5,1e-9,{0.01 * f!r},0.02,1e-9" for t, f in zip(time, force, strict=True)]
+    (run.folder / "history.csv").write_text("\n".join(lines) + "\n")
+    assert bed_friction.driving_friction(run, 0.0) == pytest.approx(np.sqrt(2.6 * 8))
+    relative = estimate(np.array([1.0, 1.0, 3.4, 5.0]), 4).half_width / 2.6
+    half = 0.5 * relative * np.sqrt(2.6 * 8)
+    assert bed_friction.driving_friction_interval(run, 0.0) == pytest.approx(half, rel=1e-6)
+    found = {line.what: line.value for line in summary.flow_lines(run)}
+    assert found["friction velocity"] == f"{np.sqrt(4.2 * 8):.4f} u_b"
+    assert found["slip at markers, rms"] == "4.20e-02 u_b"
 
 
 def test_bed_stress_is_extrapolated_from_the_clear_flow(tmp_path):
