@@ -3,7 +3,8 @@
     theta = u_tau^2 / ((s - 1) g D),   q* = q / sqrt((s - 1) g D^3),   s = rho_p/rho_f,
 
 with u_tau the friction velocity of the bed without mobile grains and q the grains' volume that passes a
-unit width in a unit of time: q = n V u_p, n grains to an area of bed, V = pi D^3/6, u_p their mean velocity.
+unit width in a unit of time: the sum of V u_p over the grains of an area A of bed, over A, with V = 4/3 pi R^3
+of each grain.
 """
 
 import math
@@ -69,19 +70,14 @@ def shields_curve(diameter_number: float) -> float:
     return 0.30 / (1.0 + 1.2 * d) + 0.055 * (1.0 - math.exp(-0.020 * d))
 
 
-def transport_rate(
-    velocity: float, grains_per_area: float, diameter: float, weight: float
-) -> float:
-    """q* of grains of mean velocity [L/T]; `grains_per_area` [1/L^2], `weight` (s - 1) g [L/T^2]."""
-    flux = grains_per_area * math.pi / 6.0 * diameter**3 * velocity
-    return flux / math.sqrt(weight * diameter**3)
+def flux_of(velocity: np.ndarray, radius: np.ndarray, area: float) -> np.ndarray:
+    """q [L^2/T] of grains of velocity u_p along x and radius R, summed over the last axis; `area` of the bed [L^2]."""
+    return (4.0 / 3.0 * math.pi * radius**3 * velocity).sum(axis=-1) / area
 
 
-def scaled(estimate: Estimate, factor: float) -> Estimate:
-    """The estimate of `factor` times a quantity."""
-    return Estimate(
-        estimate.mean * factor, estimate.half_width * abs(factor), estimate.batches * factor
-    )
+def flux_scale(diameter: float, weight: float) -> float:
+    """q/q* = sqrt((s - 1) g D^3) [L^2/T]; `weight` (s - 1) g [L/T^2]."""
+    return math.sqrt(weight * diameter**3)
 
 
 def crossing(shields: ArrayLike, share: ArrayLike, level: float = IN_MOTION) -> float:

@@ -138,21 +138,21 @@ def gravity_for(shields: float, friction: float, settings: dict) -> float:
 def point_of(run: Run, model: str, shields: float, since: float) -> Point:
     """The numbers of one run from the time `since` on."""
     grains = measure(run, since)
-    share, count = [], []
+    share, count, flux = [], [], []
+    area = run.box[0] * run.box[2]
     for part in frames(run.sample_blocks(since=since)):
         speed = np.linalg.norm(part.velocity, axis=-1)
         share.append((speed > MOVING * run.bulk_velocity).mean(axis=1))
         count.append(np.full(len(part.time), speed.shape[1]))
-    velocity = grains.mean("velocity")
+        flux.append(motion.flux_of(part.velocity[..., 0], part.radius, area))
     weight = run.submerged_weight / run.value("fluid.density")
-    per_area = float(np.mean(np.concatenate(count))) / (run.box[0] * run.box[2])
-    rate = motion.transport_rate(run.bulk_velocity, per_area, run.diameter, weight)
+    scale = motion.flux_scale(run.diameter, weight)
     resting = grains.share_of(RESTING)
     return Point(
         model, shields,
         moving=estimate(np.concatenate(share), grains.batches, np.concatenate(count)),
         not_resting=motion.complement(resting),
-        velocity=velocity, transport=motion.scaled(velocity, rate),
+        velocity=grains.mean("velocity"), transport=estimate(np.concatenate(flux) / scale, grains.batches),
     )  # fmt: skip
 
 

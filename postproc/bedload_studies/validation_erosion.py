@@ -9,6 +9,7 @@ import numpy as np
 from bedload_post import flow_statistics
 from bedload_post.batches import Estimate, estimate
 from bedload_post.flow_statistics import FlowStatistics
+from bedload_post.incipient_motion import flux_of
 from bedload_post.outputs import Run
 
 from .validation_runs import Curve, Result, Row, Runner, thin
@@ -116,9 +117,8 @@ def flux_samples(run: Run) -> tuple[np.ndarray, np.ndarray]:
         for time in np.unique(block.time):
             of = block.time == time
             times.append(float(time))
-            values.append(float(np.sum(block.velocity[of, 0])))
-    one = np.pi / 6.0 * run.diameter**3 / (run.box[0] * run.box[2])
-    return np.array(times), one * np.array(values)
+            values.append(float(flux_of(block.velocity[of, 0], block.radius[of], run.box[0] * run.box[2])))
+    return np.array(times), np.array(values)
 
 
 def fluxes_over_time(run: Run) -> tuple[float, float]:

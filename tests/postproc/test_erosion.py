@@ -45,15 +45,17 @@ def test_rows_hold_the_shields_number_of_the_height():
 
 
 def test_flux_over_fluid_is_of_the_time_of_the_statistics():
-    """One grain of D = 2 in a box of 4 x 3, speed 9 before the statistics and 3 in them; the fluid's flux is 3.2."""
+    """In a box of 4 x 3 a grain of radius 1, speed 9 before the statistics and 3 in them, and one of half the radius
+    and speed 8; the fluid's flux is 3.2."""
 
     def blocks():
-        yield SimpleNamespace(time=np.arange(10.0), velocity=np.array([[9.0]] * 2 + [[3.0]] * 8))
+        velocity = np.array([[9.0], [8.0]] * 2 + [[3.0], [8.0]] * 8)
+        yield SimpleNamespace(time=np.repeat(np.arange(10.0), 2), velocity=velocity, radius=np.array([1.0, 0.5] * 10))
 
-    run = SimpleNamespace(diameter=2.0, box=(4.0, 9.0, 3.0), sample_blocks=blocks,
+    run = SimpleNamespace(diameter=9.0, box=(4.0, 9.0, 3.0), sample_blocks=blocks,
                           value={"statistics.from": 2.0}.__getitem__)  # fmt: skip
     flux = erosion.flux_over_fluid(run, statistics())
-    assert flux.mean == pytest.approx(np.pi / 6.0 * 2.0**3 * 3.0 / (4.0 * 3.0) / 3.2)
+    assert flux.mean == pytest.approx(4.0 / 3.0 * np.pi * (3.0 + 8.0 / 8.0) / (4.0 * 3.0) / 3.2)
     assert flux.half_width == pytest.approx(0.0)
 
 

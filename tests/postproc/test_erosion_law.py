@@ -55,7 +55,8 @@ def test_point_of_the_law_is_in_viscous_units_and_of_its_window():
     """Two grains of D = 2 in a box of 4 x 3, speeds 3 and 5 in the window; Ga^2 nu = 0.5 x 2^3/(4 x 0.25)."""
 
     def blocks():
-        yield SimpleNamespace(time=np.array([1.0, 1.0, 4.0, 4.0]), velocity=np.array([[9.0], [9.0], [3.0], [5.0]]))
+        yield SimpleNamespace(time=np.array([1.0, 1.0, 4.0, 4.0]), velocity=np.array([[9.0], [9.0], [3.0], [5.0]]),
+                              radius=np.ones(4))  # fmt: skip
 
     run = SimpleNamespace(
         submerged_weight=0.5, viscosity=0.25, diameter=2.0, box=(4.0, 9.0, 3.0), sample_blocks=blocks,

@@ -13,10 +13,11 @@ from bedload_post.batches import Estimate
 from bedload_post.incipient_motion import (
     Point,
     crossing,
+    flux_of,
+    flux_scale,
     shields_curve,
     threshold_of_share,
     threshold_of_transport,
-    transport_rate,
     wong_parker,
 )
 from bedload_studies import threshold, threshold_report
@@ -45,9 +46,11 @@ def test_shields_curve():
 
 
 def test_transport_rate():
-    # 2 grains to a unit area, diameter 2 (volume 4.18879), speed 3, (s-1) g = 0.5: q = 25.1327,
-    # over sqrt(0.5 * 8) = 2
-    assert transport_rate(3.0, 2.0, 2.0, 0.5) == pytest.approx(12.56637, rel=1e-6)
+    """Over an area of 5 a grain of diameter 2 (volume 4.18879) and speed 3 and one half as large of 4: 14.66077/5; q/q*
+    of (s-1) g = 0.5 and D = 2 is sqrt(0.5 * 8)."""
+    found = flux_of(np.array([[3.0, 4.0], [0.0, 4.0]]), np.array([1.0, 0.5]), 5.0)
+    assert found == pytest.approx([14.66077 / 5.0, 0.418879], rel=1e-6)
+    assert flux_scale(2.0, 0.5) == pytest.approx(2.0)
 
 
 def test_crossing():

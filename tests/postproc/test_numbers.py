@@ -295,11 +295,11 @@ def test_statistics_of_a_flow_that_nothing_holds(run, tmp_path, kept):
 
 
 def test_a_point_of_the_threshold_study(run):
-    """One grain of V = 8 pi/6 over 16 x 8, 5.5/12 fast: q* = V 5.5/12/128 over sqrt(g' D^3), g' = 0.4 0.5 = 0.2."""
+    """One grain of V = 4/3 pi 0.8^3 over 16 x 8, 5.5/12 fast: q* = V 5.5/12/128 over sqrt(g' D^3), g' = 0.2."""
     found = threshold.point_of(run, "rpm", 0.03, SINCE)
     assert (found.model, found.shields) == ("rpm", 0.03)
     numbers = (found.moving.mean, found.not_resting.mean, found.velocity.mean, found.transport.mean)
-    rate = 8 * np.pi / 6 * 5.5 / 12 / 128 / np.sqrt(0.2 * 8)
+    rate = 4 / 3 * np.pi * 0.8**3 * 5.5 / 12 / 128 / np.sqrt(0.2 * 8)
     assert numbers == pytest.approx((5 / 12, 5 / 12, 5.5 / 12 / 3, rate), rel=0.012)
     assert found.transport.half_width == pytest.approx(rate / numbers[2] * found.velocity.half_width, rel=0.012)
     # S = u_tau^2/((rho_p/rho_f - 1) g D)
