@@ -89,11 +89,20 @@ def _at(values: np.ndarray, points: int) -> np.ndarray:
     return np.concatenate([values[:1], inner, values[-1:]])
 
 
+def _times(parts: Sequence[FlowStatistics]) -> np.ndarray:
+    """Time that the samples of each piece stand for, each for as long as two are apart: `begin` is the first one's
+    instant. One sample alone is taken for as long as those of the other pieces."""
+    samples = np.array([part.samples for part in parts], dtype=float)
+    apart = np.array([(part.end - part.begin) / max(part.samples - 1, 1) for part in parts])
+    known = samples > 1
+    return samples * np.where(known, apart, np.mean(apart[known]) if known.any() else 1.0)
+
+
 def combine(parts: Sequence[FlowStatistics]) -> FlowStatistics:
-    """One statistics of several pieces of the same flow, each weighted by its samples."""
+    """One statistics of several pieces of the same flow, each weighted by its time."""
     if len(parts) == 1:
         return parts[0]
-    weights = np.array([part.samples for part in parts], dtype=float)
+    weights = _times(parts)
     weights /= weights.sum()
 
     def mean(of):
@@ -123,6 +132,7 @@ def combine(parts: Sequence[FlowStatistics]) -> FlowStatistics:
     return FlowStatistics(
         sum(part.samples for part in parts), min(part.begin for part in parts), last.end,
         float(mean(lambda part: part.driving)), wall_stress, u_tau,
+        None if any(part.stress_defect is None for part in parts) else
         float(np.abs(total - line).max() / (last.density * u_tau**2)),
         last.viscosity, last.density, profiles, spectra,
     )  # fmt: skip

@@ -34,7 +34,7 @@ def write(folder, samples, begin, shift=0.0):
     data["viscous"] = 2 * U_TAU**2 * (1 - face) - data["turbulent"]
     with h5py.File(folder / "statistics.h5", "w") as file:
         file.attrs.update(
-            samples=samples, begin=begin, end=begin + samples, driving=0.5, u_tau=U_TAU,
+            samples=samples, begin=begin + 1, end=begin + samples, driving=0.5, u_tau=U_TAU,
             wall_stress=[0.5, 0.5], re_tau=U_TAU / NU, stress_defect=0.0,
         )  # fmt: skip
         for name, values in data.items():
@@ -50,9 +50,9 @@ def write(folder, samples, begin, shift=0.0):
 
 
 def test_pieces_become_one_flow(tmp_path):
-    folders = [write(tmp_path / "a", 10, 0.0), write(tmp_path / "b", 30, 10.0, shift=0.4)]
+    folders = [write(tmp_path / "a", 10, 0.0), write(tmp_path / "b", 30, 10.0, shift=0.4)]  # samples every 1
     s = flow_statistics.read_all(folders)
-    assert (s.samples, s.begin, s.end) == (40, 0.0, 40.0)
+    assert (s.samples, s.begin, s.end) == (40, 1.0, 40.0)
     np.testing.assert_allclose(s["u"], s["y"] * (2 - s["y"]) + 0.3)
     # The means differ by 0.4, with weights 1/4 and 3/4: 3/16 0.4^2 more variance.
     np.testing.assert_allclose(s["uu"], 1 + s["y"] * (2 - s["y"]) + 3 / 16 * 0.16)
@@ -60,6 +60,26 @@ def test_pieces_become_one_flow(tmp_path):
     np.testing.assert_allclose(s.spectra[0].along["u_x"], [3.3, 1.3])
     np.testing.assert_allclose(s.spectra[0].k["x"], [0.5, 1.0])
     assert s.stress_defect < 1e-12
+
+
+def test_pieces_count_by_their_time(tmp_path):
+    """41 samples 0.25 apart stand for 10.25, 3 samples 10 apart for 30, one alone for as long as the others on
+    average."""
+    one = flow_statistics.read(Run(write(tmp_path / "a", 1, 0.0)))
+    other = flow_statistics.read(Run(write(tmp_path / "b", 1, 0.0, shift=0.4)))
+    one, other = replace(one, samples=41, begin=0.0, end=10.0), replace(other, samples=3, begin=20.0, end=40.0)
+    found = flow_statistics.combine([one, other])
+    np.testing.assert_allclose(found["u"], one["u"] + 0.4 * 30 / 40.25)
+    assert found.samples == 44
+    short = replace(other, samples=1, end=20.0)
+    np.testing.assert_allclose(flow_statistics.combine([one, short])["u"], one["u"] + 0.4 / 42)
+    np.testing.assert_allclose(flow_statistics.combine([short, replace(one, samples=1, end=0.0)])["u"], one["u"] + 0.2)
+
+
+def test_pieces_with_spheres_have_no_straight_line_to_be_off(tmp_path):
+    one = flow_statistics.read(Run(write(tmp_path / "a", 10, 0.0)))
+    assert flow_statistics.combine([one, one]).stress_defect < 1e-12
+    assert flow_statistics.combine([one, replace(one, stress_defect=None)]).stress_defect is None
 
 
 def test_halves_are_averaged_in_wall_units(tmp_path):
