@@ -169,8 +169,12 @@ class Run:
     def history(self) -> dict[str, np.ndarray]:
         return self.table("history.csv")
 
-    def timing(self) -> dict[str, np.ndarray]:
-        return self.table("timing.csv")
+    def timings(self) -> tuple[list[dict[str, np.ndarray]], bool]:
+        """Times of each part of a run that was restarted, and whether all parts have told theirs: one that was killed
+        has not."""
+        earlier = sorted(file.name for file in self.folder.glob("timing.part*.csv"))
+        tables = [self.table(file) for file in (*earlier, "timing.csv")]
+        return tables, len(tables) > len(list(self.folder.glob("log.part*.liggghts")))
 
     @property
     def has_collisions(self) -> bool:

@@ -55,6 +55,7 @@ def write(
     grains: list[Line],
     flow: list[Line],
     times: list[tuple[str, float, float]],
+    times_note: str,
     file: Path,
 ) -> None:
     """Writes the report of `run` into `file`; pictures are taken from the run's folder."""
@@ -73,7 +74,7 @@ def write(
         image(run.folder / "profiles.png", "Flow statistics over y"),
         numbers("Grains", grains),
         numbers("Flow and checks", flow),
-        "<h2>Where the time went</h2>" + table(seconds, ("", "number", "number")) if times else "",
+        "<h2>Where the time went</h2>" + table(seconds, ("", "number", "number")) + times_note if times else "",
         f"<h2>Settings in force</h2><pre>{settings}</pre>",
     ]
     try:

@@ -42,7 +42,7 @@ def _print_lines(console: Console, title: str, lines: list[Line]) -> None:
     console.print()
 
 
-def _print_times(console: Console, rows: list[tuple[str, float, float]]) -> None:
+def _print_times(console: Console, rows: list[tuple[str, float, float]], note: str) -> None:
     if not rows:
         return
     table = Table(title="Where the time went", title_justify="left", box=None, pad_edge=False)
@@ -52,6 +52,8 @@ def _print_times(console: Console, rows: list[tuple[str, float, float]]) -> None
     for part, seconds, share in rows:
         table.add_row(part, f"{seconds:.1f}", f"{100 * share:.1f} %")
     console.print(table)
+    if note:
+        console.print(note, style="dim")
     console.print()
 
 
@@ -103,13 +105,13 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
             overlap.draw(folder, folder / "overlap.png")
         _render(console, run)
     flow = _or_note(console, lambda: summary.flow_lines(run), [])
-    times = _or_note(console, lambda: summary.time_rows(run), [])
+    times, times_note = _or_note(console, lambda: (summary.time_rows(run), summary.times_note(run)), ([], ""))
     console.print()
     _print_lines(console, "Grains", grains)
     _print_lines(console, "Flow and checks", flow)
     if not times_shown:
-        _print_times(console, times)
-    report.write(run, grains, flow, times, folder / "report.html")
+        _print_times(console, times, times_note)
+    report.write(run, grains, flow, times, times_note, folder / "report.html")
     console.print(f"In {folder}:", soft_wrap=True, markup=False)
     for file, what in (
         ("picture.png", "the scene"),

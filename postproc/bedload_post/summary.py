@@ -186,9 +186,15 @@ def flow_lines(run: Run) -> list[Line]:
 
 
 def time_rows(run: Run) -> list[tuple[str, float, float]]:
-    """(part, seconds, share of the whole), the dearest first."""
-    timing = run.timing()
-    rows = zip(
-        timing["part"].tolist(), timing["seconds_mean_over_ranks"], timing["share"], strict=True
-    )
-    return sorted(rows, key=lambda row: -row[1])
+    """(part, seconds, share of the whole), the dearest first; those of a restarted run over all that it took."""
+    seconds: dict[str, float] = {}
+    for table in run.timings()[0]:
+        for part, spent in zip(table["part"].tolist(), table["seconds_mean_over_ranks"].tolist(), strict=True):
+            seconds[part] = seconds.get(part, 0.0) + spent
+    whole = sum(seconds.values()) or 1.0
+    return sorted(((part, spent, spent / whole) for part, spent in seconds.items()), key=lambda row: -row[1])
+
+
+def times_note(run: Run) -> str:
+    """What time_rows lack, a sentence, or none."""
+    return "" if run.timings()[1] else "The run was killed and went on: what it took until then is not in this table."

@@ -324,10 +324,9 @@ def _free_name(out: Path) -> Path:
 
 def hours(out: Path) -> tuple[float, bool]:
     """Hours on the clock that the parts of a run took, and whether all of them have said it."""
-    run = Run(out)
-    tables = [run.table(file.name) for file in out.glob("timing.part*.csv")] + [run.timing()]
+    tables, told = Run(out).timings()
     seconds = sum(float(table["seconds_mean_over_ranks"].sum()) for table in tables)
-    return seconds / 3600, len(tables) > len(list(out.glob("log.part*.liggghts")))
+    return seconds / 3600, told
 
 
 def circumstances(

@@ -60,8 +60,28 @@ def test_grain_numbers_of_the_story(folder):
 
 def test_times_come_dearest_first(folder):
     rows = summary.time_rows(Run(folder))
-    assert rows[0] == ("momentum predictor", 120.5, 0.40)
+    assert rows[0] == ("momentum predictor", 120.5, pytest.approx(120.5 / 300.5))
     assert [row[1] for row in rows] == sorted((row[1] for row in rows), reverse=True)
+
+
+def test_times_of_a_restarted_run_are_of_all_its_parts(folder, tmp_path, capsys):
+    """The table of the last part alone would say what the earlier ones did not take. 300.5 s and 99.5 s are 400."""
+    parts = shutil.copytree(folder, tmp_path / "parts")
+    (parts / "timing.part1.csv").write_text(
+        "part,seconds_mean_over_ranks,seconds_max,share,calls\npressure,59.5,60.0,0.60,9\nsettling,40.0,40.0,0.40,9\n"
+    )
+    (parts / "log.part1.liggghts").touch()
+    rows = {part: (seconds, share) for part, seconds, share in summary.time_rows(Run(parts))}
+    assert rows["pressure"] == pytest.approx((149.5, 149.5 / 400.0))
+    assert rows["settling"] == pytest.approx((40.0, 0.1))
+    assert list(rows)[:2] == ["pressure", "momentum predictor"]
+    show.show(parts, pictures=False)
+    said = capsys.readouterr().out
+    assert "The run was killed" not in said and re.search("pressure +149.5 +37.4 %", said)
+    (parts / "log.part2.liggghts").touch()  # of a part that was killed
+    show.show(parts, pictures=False)
+    told = "The run was killed and went on: what it took until then is not in this table."
+    assert told in capsys.readouterr().out and told in (parts / "report.html").read_text()
 
 
 def test_periods_know_walls(folder):
