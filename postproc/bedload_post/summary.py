@@ -175,8 +175,8 @@ def flow_lines(run: Run) -> list[Line]:
     largest = history["slip_max"][history["time"] >= middle].max()
     lines += [
         Line("divergence, largest", f"{np.abs(history['max_divergence']).max():.1e}", "1/T"),
-        Line("slip at markers, rms", f"{slip / scale:.2e} u_b"),
-        Line("slip at markers, largest", f"{largest / scale:.2e} u_b"),
+        Line("slip at markers, rms", f"{slip / scale:.2e} u_b", "second half"),
+        Line("slip at markers, largest", f"{largest / scale:.2e} u_b", "second half"),
     ]
     residual = np.abs(history["momentum_residual"]).max()
     if not np.isnan(residual):  # between x walls nobody follows it

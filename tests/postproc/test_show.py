@@ -42,6 +42,8 @@ def test_flow_numbers_follow_from_their_definitions(folder):
     assert found["Shields number"] == f"{0.032 / (0.25 * 0.99):.4f}"
     assert found["momentum residual"] == "3.0e-15"
     assert found["slip at markers, largest"] == "2.00e-02 u_b"
+    notes = {line.what: line.note for line in summary.flow_lines(Run(folder))}
+    assert all(notes[f"slip at markers, {what}"] == "second half" for what in ("rms", "largest"))
 
 
 def test_grain_numbers_of_the_story(folder):
