@@ -167,6 +167,8 @@ def compare(s: flow_statistics.FlowStatistics) -> tuple[dict, flow_statistics.Wa
 def run(options: argparse.Namespace) -> int:
     outputs = options.outputs or [compute(options)]
     s = flow_statistics.read_all(outputs)
+    if s.stress_defect is None:
+        raise UserError(f"{outputs[0]} is of no plain channel: its {flow_statistics.FILE} has no stress_defect.")
     numbers, p = compare(s)
     options.report.mkdir(parents=True, exist_ok=True)
     mean, rms = columns(REFERENCE / "mkm180_mean.csv"), columns(REFERENCE / "channel180_rms.csv")

@@ -82,6 +82,16 @@ def test_pieces_with_spheres_have_no_straight_line_to_be_off(tmp_path):
     assert flow_statistics.combine([one, replace(one, stress_defect=None)]).stress_defect is None
 
 
+def test_the_channel_s_comparison_takes_no_other_flow(tmp_path):
+    folder = write(tmp_path / "a", 10, 0.0)
+    with h5py.File(folder / "statistics.h5", "a") as file:
+        del file.attrs["stress_defect"]
+    parser = argparse.ArgumentParser()
+    channel180.add_options(parser)
+    with pytest.raises(UserError, match=f"{folder} is of no plain channel"):
+        channel180.run(parser.parse_args(["--from", str(folder), str(folder), "--report", str(tmp_path / "report")]))
+
+
 def test_halves_are_averaged_in_wall_units(tmp_path):
     p = flow_statistics.wall_profiles(flow_statistics.read(Run(write(tmp_path / "a", 10, 0.0))))
     assert p.reynolds == pytest.approx(50.0)
