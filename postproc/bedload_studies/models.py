@@ -10,6 +10,7 @@ import contextlib
 import datetime
 import io
 import json
+import math
 import platform
 import shlex
 import sys
@@ -461,7 +462,10 @@ def rewrite_kept(folder: Path, beside: Sequence[Path]) -> None:
 
 def keep_correlations(run: Run, since: float, folder: Path) -> dict[str, str]:
     """Two-point correlations of the flow, where snapshots were kept behind the start-up: a figure, and a line on
-    what is left at half the box."""
+    what is left at half the box, along directions that are periodic."""
+    periodic = [math.isfinite(run.periods[d]) for d in (0, 2)]
+    if not any(periodic):
+        return {}
     bed_top = run.box[1] - run.depth
     heights = [bed_top + share * run.depth for share in (0.1, 0.3, 0.7)]
     try:
@@ -470,10 +474,12 @@ def keep_correlations(run: Run, since: float, folder: Path) -> dict[str, str]:
         return {}
     turbulence.draw(run, heights, along_x, along_z, folder / "correlations.png")
     at = ", ".join(f"{height / run.diameter:.2g}" for height in heights)
-    x, z = (", ".join(f"{line[-1]:.2f}" for line in along) for along in (along_x, along_z))
-    return {
-        "correlation of u left at half the box": f"along x {x}, along z {z} at y = {at} D, {count} snapshots"
-    }
+    left = ", ".join(
+        f"along {name} " + ", ".join(f"{line[-1]:.2f}" for line in along)
+        for name, along, told in zip("xz", (along_x, along_z), periodic, strict=True)
+        if told
+    )
+    return {"correlation of u left at half the box": f"{left} at y = {at} D, {count} snapshots"}
 
 
 def measured_bed(run: Run, discard: float) -> Bed:

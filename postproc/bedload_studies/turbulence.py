@@ -2,8 +2,8 @@
 
     R(r) = <u'(x) u'(x + r)> / <u'^2>
 
-along x and z at several heights, from the snapshots of fields.h5. In a box that is large enough R has
-fallen to about zero at half its length; where it has not, the largest motions are the box's.
+along x and z, where these are periodic, at several heights, from the snapshots of fields.h5. In a box that is
+large enough R has fallen to about zero at half its length; where it has not, the largest motions are the box's.
 """
 
 import argparse
@@ -62,9 +62,9 @@ def planes(run: Run, heights: list[float], since: float) -> Iterator[np.ndarray]
 def correlations(
     run: Run, heights: list[float], since: float, least: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """R along x and z, shapes (heights, nx/2+1) and (heights, nz/2+1), and the number of snapshots.
+    """R along x and z, shapes (heights, nx//2+1) and (heights, nz//2+1), and the number of snapshots.
 
-    nan at heights where <u'^2> is not above `least` [L^2/T^2].
+    nan at heights where <u'^2> is not above `least` [L^2/T^2], and along a direction that is not periodic.
     """
     along_x: np.ndarray = np.zeros(1)
     along_z, count = along_x, 0
@@ -75,20 +75,29 @@ def correlations(
     if count == 0:
         raise MissingOutput(f"fields.h5 of {run.folder} has no snapshot after t = {since:g}.")
     moves = along_x[:, :1] > least * count  # the mean of u'^2 over a plane is the same along both
-    of_x, of_z = (np.where(moves, r / np.where(moves, r[:, :1], 1.0), np.nan) for r in (along_x, along_z))
+    of_x, of_z = (
+        np.where(moves & np.isfinite(period), r / np.where(moves, r[:, :1], 1.0), np.nan)
+        for r, period in ((along_x, run.periods[0]), (along_z, run.periods[2]))
+    )
     return of_x, of_z, count
+
+
+def separations(run: Run, direction: int) -> np.ndarray:
+    """r [L] of the values of `correlations` along x (0) or z (2): whole cells, up to half of the box."""
+    cells = run.value("grid.cells")[direction]
+    return np.arange(cells // 2 + 1) * run.box[direction] / cells
 
 
 def draw(run: Run, heights, along_x: np.ndarray, along_z: np.ndarray, file: Path) -> None:
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.4), sharey=True, layout="constrained")
     for axis, values, d, name in ((axes[0], along_x, 0, "x"), (axes[1], along_z, 2, "z")):
-        distance = np.linspace(0, 0.5 * run.box[d], values.shape[1]) / run.depth
+        distance = separations(run, d) / run.depth
         for height, line, kind in zip(heights, values, cycle(("-", "--", ":", "-.")), strict=False):
             axis.plot(distance, line, kind, label=f"y = {height / run.diameter:.3g} D")
         axis.axhline(0, color="#999999", lw=0.8)
-        axis.set(xlabel=f"separation along {name} / H")
+        axis.set(xlabel=f"separation along {name} / H" if np.isfinite(run.periods[d]) else f"{name} is not periodic")
     axes[0].set(ylabel="$R_{uu}$", ylim=(-0.6, 1.02))
-    axes[0].legend(frameon=False)
+    axes[0 if np.isfinite(run.periods[0]) else 1].legend(frameon=False)
     figure.savefig(file, dpi=110)
     plt.close(figure)
 
@@ -102,8 +111,23 @@ def check_figure(file: Path) -> None:
         raise UserError(f"--figure is {file}, but there is no folder {file.parent}.")
 
 
+def last(values: np.ndarray) -> str:
+    """R at half of the box, - where there is none."""
+    return "-" if np.isnan(values[-1]) else f"{values[-1]:.3f}"
+
+
+def smallest(values: np.ndarray, distance: np.ndarray) -> str:
+    """Least R and where it is, - where there is none."""
+    if np.isnan(values[0]):
+        return "-"
+    lowest = int(np.argmin(values))
+    return f"{values[lowest]:.3f} at {distance[lowest]:.1f}"
+
+
 def run(options: argparse.Namespace) -> int:
     case = Run(options.folder)
+    if not np.isfinite(case.periods[[0, 2]]).any():
+        raise UserError(f"{options.folder} is periodic along neither x nor z, so it has no two-point correlations.")
     if options.figure:
         check_figure(options.figure)
     bed_top = case.box[1] - case.depth
@@ -112,7 +136,7 @@ def run(options: argparse.Namespace) -> int:
         if not 0.0 < height < case.box[1]:
             raise UserError(f"--heights has {height:g}, but the box of {options.folder} is {case.box[1]:g} high.")
     along_x, along_z, count = correlations(case, heights, options.since, LAMINAR * case.bulk_velocity**2)
-    still = np.isnan(along_x[:, 0])
+    still = np.isnan(along_x[:, 0]) & np.isnan(along_z[:, 0])
     friction, source = friction_velocity(case, options.since)
     history = case.history()
     late = history["time"] >= options.since
@@ -129,12 +153,10 @@ def run(options: argparse.Namespace) -> int:
     if still.all():
         return 0
     print("height / D   R at half the length   R at half the width   smallest R along z at z / D")
-    for height, x, z in zip(heights, along_x, along_z, strict=True):
-        if np.isnan(x[0]):
-            continue
-        lowest = int(np.argmin(z))
-        place = lowest * case.box[2] / (2 * (len(z) - 1)) / case.diameter
-        print(f"{height / case.diameter:10.2f} {x[-1]:21.3f} {z[-1]:21.3f} {z[lowest]:18.3f} at {place:.1f}")
+    across = separations(case, 2) / case.diameter
+    for height, x, z, none in zip(heights, along_x, along_z, still, strict=True):
+        if not none:
+            print(f"{height / case.diameter:10.2f} {last(x):>21} {last(z):>21} {smallest(z, across):>25}")
     if options.figure:
         draw(case, heights, along_x, along_z, options.figure)
     return 0

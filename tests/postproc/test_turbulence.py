@@ -1,12 +1,14 @@
 """Two-point correlations of fields whose correlation is known."""
 
 import argparse
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
 from bedload_launcher.errors import UserError
-from bedload_studies import turbulence
+from bedload_post.outputs import Run
+from bedload_studies import models, turbulence
 from bedload_studies.turbulence import correlation
 from synthetic import wandering_story, write_run
 
@@ -32,7 +34,7 @@ def test_snapshots_count_by_their_variance(monkeypatch):
     x = np.linspace(0, 2 * np.pi, 48, endpoint=False)
     waves = [np.sin(x)[None, :] * np.ones((16, 1)), 3.0 * np.sin(2 * x)[None, :] * np.ones((16, 1))]
     monkeypatch.setattr(turbulence, "planes", lambda run, heights, since: (wave[None] for wave in waves))
-    along_x, along_z, count = turbulence.correlations(None, [1.0], 0.0)
+    along_x, along_z, count = turbulence.correlations(SimpleNamespace(periods=np.ones(3)), [1.0], 0.0)
     assert count == 2
     assert along_x == pytest.approx(((np.cos(x[:25]) + 9.0 * np.cos(2 * x[:25])) / 10.0)[None], abs=1e-12)
     assert along_z == pytest.approx(np.ones((1, 9)))
@@ -77,3 +79,58 @@ def test_a_figure_s_name_is_checked_before_the_work(tmp_path, monkeypatch):
         study(folder, "--figure", tmp_path / "r.pgn")
     with pytest.raises(UserError, match="but there is no folder .*/nowhere"):
         study(folder, "--figure", tmp_path / "nowhere" / "r.png")
+
+
+def odd_box(folder):
+    """15 cells along z with a wave of two lengths in 8, and 16 along x; u is all there is to correlate."""
+    write_run(folder, wandering_story(), cells=(16, 9, 15))
+    z = (np.arange(15) + 0.5) / 15
+    with h5py.File(folder / "fields.h5", "a") as file:
+        del file["step_00002000/u"]
+        file["step_00002000/u"] = np.cos(4 * np.pi * z)[:, None, None] * np.ones((15, 9, 16))
+    return folder
+
+
+def walls_along(folder, axis):
+    text = (folder / "settings.toml").read_text()
+    old = f'boundary.{axis} = ["periodic", "periodic"]'
+    assert old in text
+    (folder / "settings.toml").write_text(text.replace(old, f'boundary.{axis} = ["no_slip", "no_slip"]'))
+
+
+def test_separations_are_whole_cells(tmp_path, capsys):
+    """cos(4 pi z/8) is least at 2 D, which is no whole number of the 15 cells: 4 of them, 2.13 D, are next; of an odd
+    number the half of the box is none."""
+    run = Run(odd_box(tmp_path / "run"))
+    apart = turbulence.separations(run, 2)
+    assert apart == pytest.approx(np.arange(8) * 8.0 / 15)
+    _, along_z, _ = turbulence.correlations(run, [5.0], 0.0)
+    assert along_z[0] == pytest.approx(np.cos(4 * np.pi * apart / 8.0), abs=1e-6)
+    assert turbulence.separations(run, 0) == pytest.approx(np.arange(9))
+    assert study(run.folder, "--heights", "5", "--figure", tmp_path / "r.png") == 0
+    assert capsys.readouterr().out.splitlines()[-1].split() == ["5.00", "1.000", "0.914", "-0.978", "at", "2.1"]
+
+
+@pytest.mark.filterwarnings("error")
+def test_no_correlations_where_a_box_is_not_periodic(tmp_path, capsys):
+    run = Run(odd_box(tmp_path / "run"))
+    walls_along(run.folder, "x")
+    along_x, along_z, _ = turbulence.correlations(Run(run.folder), [5.0], 0.0)
+    assert np.isnan(along_x).all() and np.isfinite(along_z).all()
+    assert study(run.folder, "--heights", "5", "--figure", tmp_path / "r.png") == 0
+    assert capsys.readouterr().out.splitlines()[-1].split() == ["5.00", "-", "0.914", "-0.978", "at", "2.1"]
+    assert (tmp_path / "r.png").is_file()
+    left = models.keep_correlations(Run(run.folder), 0.0, tmp_path)["correlation of u left at half the box"]
+    assert left.startswith("along z 0.91, 0.91, 0.91 at y")
+    walls_along(run.folder, "z")
+    with pytest.raises(UserError, match="is periodic along neither x nor z"):
+        study(run.folder)
+    assert models.keep_correlations(Run(run.folder), 0.0, tmp_path) == {}
+
+
+@pytest.mark.filterwarnings("error")
+def test_no_correlations_across_a_duct(tmp_path, capsys):
+    run = Run(odd_box(tmp_path / "run"))
+    walls_along(run.folder, "z")
+    assert study(run.folder, "--heights", "5", "--figure", tmp_path / "r.png") == 0
+    assert capsys.readouterr().out.splitlines()[-1].split() == ["5.00", "1.000", "-", "-"]
