@@ -27,8 +27,8 @@ def exponential_integral(x):
 
 def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
     """F = 6 π μ (R/2)² S(2ζ/h) 2v/(2ζ), S(s) = exp(-0.93 s - 1.75 s²) of a pair; the torque of two that turn against
-    each other, T = a² 4.8 π μ (R/2) E1(3.5 (2ζ/h)²)/2 ω/2, a = R + ζ. At a no-slip wall both are four times as large and
-    more."""
+    each other, T = a² 4.8 π μ (R/2) E1(3.5 (2ζ/h)²)/2 ω/2, a = R + ζ. At a no-slip wall both are four times as large
+    and more."""
     text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
     for found, given in (
         (FLOOR, FLOOR.replace("yplane 0.0", f"yplane {TOP}")),
