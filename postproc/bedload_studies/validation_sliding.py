@@ -14,10 +14,8 @@ from .validation_runs import DIFFUSION, Curve, Result, Row, Runner, from_coarser
 from .validation_steady import last_load
 
 # Rates k of the logarithms that the grid lacks, E1(k s) at walls and E1(k s^2)/2 between spheres, s = gap/h, sliding
-# and rolling, as in
-# liggghts_styles/formulas/tangential_lubrication.hpp.
+# and rolling, as in liggghts_styles/formulas/tangential_lubrication.hpp.
 UNRESOLVED_SLIDE_ROLL = {"wall": (3.1, 2.4), "pair": (0.55, 3.5)}
-
 
 
 def _lacks(who: str, rate: float, cells: float) -> float:
@@ -158,8 +156,8 @@ def sliding(runner: Runner) -> Result:
     result.remarks.append(
         "Forces in 6 pi mu R U, torques in 6 pi mu R^3 omega and 6 pi mu R^2 U. Resolved: the fluid's load on spheres "
         "that are held and say they move. Added: what fix lubrication with `tangential on` adds, the published leading "
-        "terms with E1(k gap/h), between spheres E1(k (gap/h)^2)/2, as the logarithm. By default it adds none: the free spheres with `tangential off` show "
-        "what that costs. The references are expansions for small gaps; the box is 8 D wide (12 D: force of sliding "
+        "terms with E1(k gap/h), between spheres E1(k (gap/h)^2)/2, as the logarithm. By default it adds none: "
+        "the free spheres with `tangential off` show what that costs. The references are expansions for small gaps; the box is 8 D wide (12 D: force of sliding "
         "+0.5 %)."
     )
     _sliding_held(runner, result)

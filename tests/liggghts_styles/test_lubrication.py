@@ -424,7 +424,8 @@ def test_films_know_how_fast_the_wall_moves(tmp_path):
 def test_sliding_and_turning_die_away(tmp_path, pair):
     """v' and spin' of a sphere beside a wall or a held sphere are those of the 2 x 2 matrix of the published
     coefficients times the logarithm that the grid lacks, E1(k gap/h) or E1(k gap²/h²)/2; without the
-    keyword nothing happens. Within 2e-3; a coefficient left out, doubled or turned in sign changes v or the spin by more."""
+    keyword nothing happens. Within 2e-3; a coefficient left out, doubled or turned in sign changes v or the spin by
+    more."""
     from scipy.linalg import expm
 
     gap, seconds = 2e-4, 40e-3
