@@ -14,7 +14,7 @@ from programs import BIN, command, run
 
 LENGTH, VELOCITY, DENSITY = 2.0**-10, 2.0**-3, 2.0**10
 TIME = LENGTH / VELOCITY
-STEPS = 160  # the grain at the bed has hit it
+STEPS = 130  # the grain at the bed has hit it, and is not yet thrown out of the box by rpm
 
 # Key or words before numbers, and the unit of these.
 FLUID = {
