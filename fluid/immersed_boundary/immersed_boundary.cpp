@@ -10,7 +10,6 @@
 #include <unordered_set>
 
 #include "fluid/grid/diffusion_limit.hpp"
-#include "fluid/immersed_boundary/marker_sweep.hpp"
 #include "fluid/immersed_boundary/stopwatch.hpp"
 #include "fluid/kernels/fnv.hpp"
 #include "fluid/settings/errors.hpp"
@@ -177,8 +176,7 @@ void ImmersedBoundary<Real>::start_stage(const Field<Real>& velocity) {
 /// This rank's share of the slip; calls use(is fixed, component, marker, slip) for each marker.
 template <class Real>
 template <class Use>
-typename ImmersedBoundary<Real>::SlipSums ImmersedBoundary<Real>::local_slip(
-    const Field<Real>& velocity, Use use) const {
+SlipSums ImmersedBoundary<Real>::local_slip(const Field<Real>& velocity, Use use) const {
   SlipSums sums;
   const auto fixed = [this](int n) -> const SphereState& {
     return fixed_[static_cast<std::size_t>(n)];
@@ -190,20 +188,15 @@ typename ImmersedBoundary<Real>::SlipSums ImmersedBoundary<Real>::local_slip(
     const int component = static_cast<int>(c);
     const auto use_fixed = [&](std::size_t m, Real slip) { use(true, c, m, slip); };
     const auto use_mobile = [&](std::size_t m, Real slip) { use(false, c, m, slip); };
-    sums.max = std::max(
-        {sums.max,
-         for_slips(fixed_lists_[c], velocity, component, fixed, layouts_, sums.squares, use_fixed),
-         for_slips(mobile_lists_[c], velocity, component, mobile, layouts_, sums.squares,
-                   use_mobile)});
-    sums.markers += (fixed_lists_[c].size() + mobile_lists_[c].size()) / 3.0;
+    for_slips(fixed_lists_[c], velocity, component, fixed, layouts_, sums, use_fixed);
+    for_slips(mobile_lists_[c], velocity, component, mobile, layouts_, sums, use_mobile);
   }
   return sums;
 }
 
 /// increment_l = V_l (U_l - (J u)_l) for all markers.
 template <class Real>
-typename ImmersedBoundary<Real>::SlipSums ImmersedBoundary<Real>::find_increments(
-    const Field<Real>& velocity) {
+SlipSums ImmersedBoundary<Real>::find_increments(const Field<Real>& velocity) {
   return local_slip(velocity, [this](bool is_fixed, std::size_t c, std::size_t m, Real slip) {
     MarkerList<Real>& list = is_fixed ? fixed_lists_[c] : mobile_lists_[c];
     list.increment[m] = list.volume[m] * slip;
@@ -229,7 +222,7 @@ void ImmersedBoundary<Real>::spread_all(Field<Real>& velocity) {
 template <class Real>
 Slip ImmersedBoundary<Real>::slip(const Field<Real>& velocity) const {
   SlipSums sums = local_slip(velocity, [](bool, std::size_t, std::size_t, Real) {});
-  std::array<double, 2> added{sums.squares, sums.markers};
+  std::array<double, 2> added{sums.squares, static_cast<double>(sums.components) / 3.0};
   MPI_Allreduce(MPI_IN_PLACE, &sums.max, 1, MPI_DOUBLE, MPI_MAX, decomposition_.comm());
   MPI_Allreduce(MPI_IN_PLACE, added.data(), 2, MPI_DOUBLE, MPI_SUM, decomposition_.comm());
   return {.max = sums.max, .rms = root_mean(added[0], added[1])};
@@ -349,7 +342,7 @@ ForcingReport ImmersedBoundary<Real>::report() const {
                               fixed[2],
                               applied_.before.squares,
                               applied_.after.squares,
-                              applied_.before.markers};
+                              static_cast<double>(applied_.before.components) / 3.0};
   std::array<double, 2> largest{applied_.before.max, applied_.after.max};
   MPI_Allreduce(MPI_IN_PLACE, total.data(), 9, MPI_DOUBLE, MPI_SUM, decomposition_.comm());
   MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, decomposition_.comm());

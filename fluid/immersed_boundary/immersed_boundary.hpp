@@ -22,6 +22,7 @@
 #include "fluid/immersed_boundary/marker_halo.hpp"
 #include "fluid/immersed_boundary/marker_layout.hpp"
 #include "fluid/immersed_boundary/marker_list.hpp"
+#include "fluid/immersed_boundary/marker_sweep.hpp"
 #include "fluid/immersed_boundary/rigid_core.hpp"
 #include "fluid/immersed_boundary/sphere_memory.hpp"
 #include "fluid/settings/settings.hpp"
@@ -30,8 +31,8 @@ namespace bedload {
 
 /// Difference between the spheres' surface velocity and the fluid's at the markers [L/T].
 struct Slip {
-  double max = 0.0;  ///< largest of any component at any marker
-  double rms = 0.0;  ///< root of the mean over markers of the squared slip vector
+  double max = 0.0;  ///< largest of any component at any marker that has a volume
+  double rms = 0.0;  ///< root of the mean over these of the squared slip vector
 };
 
 /// What the last call of force() did, over all ranks.
@@ -164,10 +165,6 @@ class ImmersedBoundary {
 
  private:
   using Lists = std::array<MarkerList<Real>, 3>;
-  /// A rank's share of a Slip.
-  struct SlipSums {
-    double max = 0.0, squares = 0.0, markers = 0.0;
-  };
   /// What force() gave, this rank's share.
   struct Applied {
     int loops = 0;

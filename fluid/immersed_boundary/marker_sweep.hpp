@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "fluid/grid/field.hpp"
@@ -20,12 +21,17 @@ inline double surface_velocity(const SphereState& sphere, const Vec3& r, int c) 
   return sphere.velocity[c] + sphere.angular_velocity[a] * r[b] - sphere.angular_velocity[b] * r[a];
 }
 
-/// Calls use(l, U_l - (J u)_l) for all markers of a list; returns the largest slip and adds the
-/// slips' squares to `squares`.
+/// Slip of markers, of those that have a volume: the others stand back beside another sphere.
+struct SlipSums {
+  double max = 0.0, squares = 0.0;
+  std::int64_t components = 0;  ///< that were summed, three a marker
+};
+
+/// Calls use(l, U_l - (J u)_l) for all markers of a list and adds their slip to `sums`.
 template <class Real, class StateOf, class Use>
-double for_slips(const MarkerList<Real>& list, const Field<Real>& velocity, int component,
-                 StateOf state_of, const std::vector<MarkerLayout>& layouts, double& squares,
-                 Use use) {
+void for_slips(const MarkerList<Real>& list, const Field<Real>& velocity, int component,
+               StateOf state_of, const std::vector<MarkerLayout>& layouts, SlipSums& sums,
+               Use use) {
   const Real* origin = velocity.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(velocity.plane_size());
   Real largest{};
@@ -41,12 +47,14 @@ double for_slips(const MarkerList<Real>& list, const Field<Real>& velocity, int 
       const Real target = static_cast<Real>(surface_velocity(sphere, offset, component));
       const Real slip = target - interpolate(list.stencil[m], origin, plane);
       use(m, slip);
+      if (list.volume[m] == Real{}) continue;
+      ++sums.components;
       largest = std::max(largest, std::abs(slip));
       square += static_cast<double>(slip) * static_cast<double>(slip);
     }
-    squares += square;
+    sums.squares += square;
   }
-  return static_cast<double>(largest);
+  sums.max = std::max(sums.max, static_cast<double>(largest));
 }
 
 /// u += J^T increment. Adds what the fluid gets to given_of(number of the sphere).
