@@ -85,17 +85,17 @@ void warn_of_contacts_through_both_sides(LAMMPS_NS::LAMMPS* lmp) {
   const LAMMPS_NS::Atom& atom = *lmp->atom;
   const LAMMPS_NS::Domain& domain = *lmp->domain;
   if (lmp->force->pair == nullptr) return;
-  std::vector<double> largest(2, 0.0);  // diameters; 0: there is none
-  for (int i = 0; i < atom.nlocal; ++i) {
-    largest.push_back(2.0 * atom.radius[i]);
-    std::partial_sort(largest.begin(), largest.begin() + 2, largest.end(), std::greater<>());
-    largest.resize(2);
-  }
+  std::vector<double> diameters{0.0, 0.0};  // 0: there is none
+  for (int i = 0; i < atom.nlocal; ++i) diameters.push_back(2.0 * atom.radius[i]);
+  const auto two_largest_first = [](std::vector<double>& all) {
+    std::partial_sort(all.begin(), all.begin() + 2, all.end(), std::greater<>());
+  };
+  two_largest_first(diameters);
   int ranks = 1;
   MPI_Comm_size(lmp->world, &ranks);
   std::vector<double> all(2 * static_cast<std::size_t>(ranks));
-  MPI_Allgather(largest.data(), 2, MPI_DOUBLE, all.data(), 2, MPI_DOUBLE, lmp->world);
-  std::partial_sort(all.begin(), all.begin() + 2, all.end(), std::greater<>());
+  MPI_Allgather(diameters.data(), 2, MPI_DOUBLE, all.data(), 2, MPI_DOUBLE, lmp->world);
+  two_largest_first(all);
   constexpr double close_by = 1.01;  // a contact is remembered until its surfaces are so far apart
   const double narrow = all[1] > 0.0 ? close_by * (all[0] + all[1]) : 0.0;
   for (const int d : {0, 1, 2})

@@ -355,13 +355,17 @@ def resolution_of_restitution(found: dict[int, float], short: float, measured: f
 ONTO_STOKES = 4.0 / 9.0  # St of onto_sphere over rho_p u D/(rho_f nu): m = m_p, R_eff = R/2
 
 
-def _onto_sphere(runner: Runner, density: float, start_stokes: float, n: int) -> tuple[Run, Bounce]:
-    """A sphere thrown at a fixed one with this St = m u/(6 pi mu R_eff^2); its way back at a gap of D/10."""
+def _onto_sphere(
+    runner: Runner, density: float, start_stokes: float, n: int, parts: int = 1, loops: int = 1,
+) -> tuple[Run, Bounce]:  # fmt: skip
+    """A sphere thrown at a fixed one with this St = m u/(6 pi mu R_eff^2); its way back at a gap of D/10. The step is
+    divided into `parts`."""
     viscosity = ONTO_STOKES * density / start_stokes
-    run = runner("onto_sphere", f"onto_sphere-{density:g}-{start_stokes:g}-{n}", {
+    label = f"onto_sphere-{density:g}-{start_stokes:g}-{n}" + ("" if parts * loops == 1 else f"-{parts}-{loops}")
+    run = runner("onto_sphere", label, {
         "grid.cells": [4 * n, 6 * n, 4 * n], "fluid.kinematic_viscosity": viscosity,
-        "time.step": min(0.25 / n, 0.1 / (n * n * viscosity)), "reference.sphere_density": density,
-    }, {"density": density})  # fmt: skip
+        "time.step": min(0.25 / n, 0.1 / (n * n * viscosity)) / parts, "reference.sphere_density": density,
+    } | ({"spheres.forcing_loops": loops} if loops > 1 else {}), {"density": density})  # fmt: skip
     mobile = run.samples_of(2)
     return run, _way_back(mobile.position[:, 1] - 3.0, mobile.velocity[:, 1], 0.1)
 
@@ -391,6 +395,11 @@ def onto_sphere(runner: Runner) -> Result:
                 result.rows.append(Row(what, found[-1], found[0], SCATTER, 1.0, f"D/h = {grids[0]}"))
         result.curves.append(Curve(f"density ratio {density:g}, St = {start:g} at the start, D/h = "
                                    + ", ".join(str(n) for n in grids), numbers, found, True))  # fmt: skip
+    base = _onto_sphere(runner, 2.5, 80.0, 10)[1].restitution / dry
+    for name, parts, loops in (("half the step", 2, 1), ("a quarter of the step", 4, 1), ("three forcing loops", 1, 3)):
+        bounce = _onto_sphere(runner, 2.5, 80.0, 10, parts, loops)[1]
+        result.rows.append(Row(f"e/e_dry, density ratio 2.5, D/h = 10, St = 35, {name}", bounce.restitution / dry,
+                               base, NUMERICS if loops == 1 else None, 1.0, "one loop, the whole step"))  # fmt: skip
     return result
 
 

@@ -328,6 +328,12 @@ def film(runner: Runner) -> Result:
             what = f"two spheres {name}, gap {gap} h, D/h = {n}: resolved ({found:.2f}) and added ({added:.2f}) force"
             result.rows.append(Row(what, found + added, exact, 0.05, source="Brenner 1961"))
         result.curves.append(Curve(f"missing of two, {name}, D/h = {n}", gaps[:-1], shares, points=True))
+    base = _squeezed_pair(runner, 8, 0.3, (1, 0, 0), "x")
+    for name, step, loops in (("four times the step", 1.0, 1), ("a quarter of the step", OF_PAIRS / 4, 1),
+                              ("four loops", OF_PAIRS, 4)):  # fmt: skip
+        found = _squeezed_pair(runner, 8, 0.3, (1, 0, 0), "x", step, loops)
+        what = f"two spheres along x, gap 0.3 h, D/h = 8: resolved force, that of images with it, {name}"
+        result.rows.append(Row(what, found, base, source="one loop, the step of the other rows"))
     # In a stretched collision, in which the fluid sees the spheres where they only touch: of the force all is the
     # film's but what hardly changes with the gap, the difference of Brenner's to the leading term at h/10.
     for n in (8, 12):

@@ -81,7 +81,7 @@ def test_only_what_the_grid_lacks(tmp_path):
             unresolved(passed / h, pair) / passed, passed
         )
         assert mine == pytest.approx(t, rel=5e-3)
-        assert whole > 1.2 * t
+        assert whole > 1.3 * t
 
 
 FLIGHT_H, FLIGHT_E = 1e-3, 0.9
@@ -130,7 +130,7 @@ def test_a_flight_through_the_film(tmp_path, substeps, pair):
     impact = speed - film
     extra = 0.8175 * strength * (1.1 if pair else 2.65) / FLIGHT_H * 0.34 * impact * 10e-3
     expected = FLIGHT_E * (impact + extra) + extra - film
-    assert 0.04 < film / speed < 0.12 and extra > (0.01 if pair else 0.02) * speed
+    assert 0.04 < film / speed < 0.12 and extra > 0.02 * speed
     # The damping of e = 0.9 changes δ_max by some percent; with one step of half a millimetre the share S
     # is taken at one gap of each step.
     assert np.mean(found) == pytest.approx(expected, abs=(0.1 if substeps == 1 else 0.04) * (film + extra))
