@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <span>
 
 #include "domain.h"
@@ -47,10 +48,10 @@ FixLubrication::FixLubrication(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
   if (!law_.empty() && law_ != "unresolved" && law_ != "published") {
     stop_run(lmp, fmt::format("{}: law is unresolved or published, found '{}'", style_name, law_));
   }
-  const std::string tangential = given.word("tangential");
-  if (!tangential.empty() && tangential != "on" && tangential != "off")
-    stop_run(lmp, fmt::format("{}: tangential is on or off, found '{}'", style_name, tangential));
-  tangential_on_ = tangential == "on";
+  tangential_setting_ = given.word("tangential");
+  if (!tangential_setting_.empty() && tangential_setting_ != "on" && tangential_setting_ != "off")
+    stop_run(lmp, fmt::format("{}: tangential is on or off, found '{}'", style_name,
+                              tangential_setting_));
   viscosity_now_ = viscosity_setting_;
 }
 
@@ -61,8 +62,8 @@ int FixLubrication::setmask() {
          LAMMPS_NS::FixConst::PRE_FINAL_INTEGRATE;
 }
 
-// Force applied in the last step, its number and, where there is one, the torque, and in how many
-// collisions that bear the fluid's load the sphere was; goes into restart files and dumps.
+// Force applied in the last step, its number, the torque, and in how many collisions that bear the
+// fluid's load the sphere was; goes into restart files and dumps.
 void FixLubrication::post_create() {
   const char* arguments[] = {store_id, "all",    "property/atom",
                              store_id, "vector", "yes",
@@ -70,8 +71,8 @@ void FixLubrication::post_create() {
                              "0",      "0",      "-1",
                              "0",      "0",      "0",
                              "0"};
-  applied_ = modify->add_fix_property_atom(tangential_on_ ? 16 : 13, const_cast<char**>(arguments),
-                                           style_name);
+  applied_ = modify->add_fix_property_atom(static_cast<int>(std::size(arguments)),
+                                           const_cast<char**>(arguments), style_name);
 }
 
 void FixLubrication::pre_delete(bool unfix) {
@@ -92,7 +93,7 @@ void FixLubrication::prepare(const LAMMPS_NS::Fix* wall) {
                               "property fluidCellSize",
                               style_name));
   }
-  if (tangential_on_) prepare_tangential(cell_size_);
+  prepare_tangential();
   smallest_gap_ = smallest_gap_setting_ > 0 ? smallest_gap_setting_
                   : cell_size_ > 0          ? default_gap
                                             : published_gap;
@@ -113,8 +114,10 @@ void FixLubrication::prepare(const LAMMPS_NS::Fix* wall) {
   if (wall == nullptr) tell_range();
 }
 
-void FixLubrication::prepare_tangential(double h) {
-  if (h > 0) return;
+void FixLubrication::prepare_tangential() {
+  const bool unresolved = cell_size_ > 0;
+  tangential_on_ = tangential_setting_.empty() ? unresolved : tangential_setting_ == "on";
+  if (!tangential_on_ || unresolved) return;
   stop_run(lmp, fmt::format("{}: tangential on adds what a grid lacks, with law unresolved and a "
                             "fix couple/fluid or the property fluidCellSize; {}",
                             style_name,
@@ -163,7 +166,7 @@ void FixLubrication::pre_force(int) {
     send(Sending::loads);
   }
   borne_.resize(atom->nlocal + atom->nghost);
-  for (int i = 0; i < atom->nlocal; ++i) borne_[i] = applied_->array_atom[i][borne_column()];
+  for (int i = 0; i < atom->nlocal; ++i) borne_[i] = applied_->array_atom[i][borne_column];
   send(Sending::borne);
 }
 
@@ -450,8 +453,8 @@ void FixLubrication::pre_final_integrate() {
   for (int i = 0; i < local; ++i) {
     std::fill_n(applied[i], 3, 0.0);
     applied[i][3] = static_cast<double>(update->ntimestep);
-    if (tangential_on_) std::fill_n(applied[i] + 4, 3, 0.0);
-    applied[i][borne_column()] = 0;
+    std::fill_n(applied[i] + 4, 3, 0.0);
+    applied[i][borne_column] = 0;
   }
   stale_ = films_somewhere_;
   if (!films_somewhere_) return;
@@ -459,8 +462,8 @@ void FixLubrication::pre_final_integrate() {
   for (Film& film : collisions_) {
     film.force = film.borne - film.coefficient * opening_speed(film);
     if (!film.bears) continue;
-    applied[film.i][borne_column()] += 1;
-    if (film.j >= 0 && film.j < local) applied[film.j][borne_column()] += 1;
+    applied[film.i][borne_column] += 1;
+    if (film.j >= 0 && film.j < local) applied[film.j][borne_column] += 1;
   }
   apply(collisions_);
   if (tangential_on_) apply_tangential();
@@ -492,9 +495,10 @@ void FixLubrication::setup(int) {
   for (int i = 0; i < atom->nlocal; ++i) {
     const double* applied = applied_->array_atom[i];
     if (applied[3] != now) continue;
-    for (int d = 0; d < 3; ++d) atom->f[i][d] += applied[d];
-    if (!tangential_on_) continue;
-    for (int d = 0; d < 3; ++d) atom->torque[i][d] += applied[4 + d];
+    for (int d = 0; d < 3; ++d) {
+      atom->f[i][d] += applied[d];
+      atom->torque[i][d] += applied[4 + d];
+    }
   }
 }
 

@@ -40,7 +40,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   static constexpr WordKeyword words[] = {
       {"law", "unresolved where a cell size h is known, else published",
        "unresolved: what a fluid grid of spacing h lacks of the film; published: the whole film."},
-      {"tangential", "off",
+      {"tangential", "on with law unresolved, else off",
        "on: also what the grid lacks of the film's force and torques against sliding and rolling "
        "(law unresolved)."}};
   static constexpr StyleHelp help{
@@ -131,11 +131,11 @@ class FixLubrication : public LAMMPS_NS::Fix {
     bool mirrored;  // j is the image of i
   };
   /// In applied_: in how many collisions a sphere was that bear its load.
-  int borne_column() const { return tangential_on_ ? 7 : 4; }
+  static constexpr int borne_column = 7;
   bool sends_one() const { return sending_ == Sending::rates || sending_ == Sending::borne; }
   void send(Sending what);
   Vector sent(int i) const;
-  void prepare_tangential(double h);
+  void prepare_tangential();
   void add_tangential(const Surfaces& s);
   double tangential_rate(const Tangential& t, int k) const;
   void sum_tangential_rates();
@@ -159,6 +159,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   void sum_over_ranks(std::span<double> numbers) const;
 
   std::string law_;
+  std::string tangential_setting_;
   bool tangential_on_ = false;
   double viscosity_setting_ = 0, range_setting_ = 0, smallest_gap_setting_ = 0;
   double smallest_gap_ = 0;  // radii

@@ -104,8 +104,8 @@ std::string describe_effects(LAMMPS_NS::LAMMPS* lmp) {
               film != nullptr ? "fix lubrication" : "the LIGGGHTS script has no fix lubrication") +
          line("films against sliding and rolling", film != nullptr && film->tangential(),
               film == nullptr      ? "no fix lubrication"
-              : film->tangential() ? "fix lubrication tangential on"
-                                   : "fix lubrication tangential off, as the published models");
+              : film->tangential() ? "fix lubrication, tangential on"
+                                   : "fix lubrication, tangential off or law published");
 }
 
 }  // namespace bedload

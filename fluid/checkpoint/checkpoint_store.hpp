@@ -16,7 +16,7 @@ namespace bedload {
 inline constexpr const char* checkpoint_fluid_part = "fluid.h5";
 inline constexpr const char* checkpoint_grains_part = "grains.h5";
 /// In front of the grains' file.
-inline constexpr FileHeader grains_file_header{"bedload grains", 3};
+inline constexpr FileHeader grains_file_header{"bedload grains", 4};
 
 /// The group of all that it holds.
 inline constexpr const char* grains_group = "grains";

@@ -103,8 +103,11 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
         yield Variant("lubrication", "off", lubrication=False, turned_off=True)
         settings_of_films = [line.split(maxsplit=2)[2] for line in sum(scene_script(scene, model), [])
                              if line.split()[:2] == ["variable", FILM_SETTINGS]]  # fmt: skip
-        if [words.replace('"', "").split() for words in settings_of_films] == [["index"]]:  # nobody has set them
-            yield Variant("films against sliding and rolling", "on", variables=((FILM_SETTINGS, "tangential on"),))
+        said = settings_of_films[0].replace('"', "").split()[1:] if settings_of_films else None
+        for state, other in (("off", []), ("on", ["tangential", "off"])):
+            if said == other:
+                films = ((FILM_SETTINGS, f"tangential {state}"),)
+                yield Variant("films against sliding and rolling", state, variables=films, turned_off=state == "off")
     if settings["statistics"]["every"] > 0:
         without = ("statistics.every=0", "statistics.spectra_heights=[]")
         yield Variant("statistics", "off", without, turned_off=True)

@@ -88,7 +88,9 @@ def test_moving_boundaries_are_priced_where_the_script_can_hold_its_grains(tmp_p
     assert len(by_variable) == 2
     # A scene without that variable, and one whose script says itself what its films do.
     mine = own_scene(tmp_path)
-    assert [v.effect for v in effects.variants(mine, "actm_hw", settings) if v.variables] == [films.effect]
+    left_out, = [v for v in effects.variants(mine, "actm_hw", settings) if v.variables]
+    assert (left_out.effect, left_out.turned_off) == (films.effect, True)
+    assert left_out.variables == (("lubrication_settings", "tangential off"),)
     text = mine.script.read_text()
     mine.script.write_text(text.replace("include", 'variable lubrication_settings string "law published"\ninclude', 1))
     assert not any(v.variables for v in effects.variants(mine, "actm_hw", settings))
