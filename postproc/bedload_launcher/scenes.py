@@ -116,10 +116,17 @@ class Scene:
                 declared[setting[0]] = found.setdefault(*setting)
         return declared
 
-    def script_lines(self, given: Mapping[str, str] | None = None) -> Iterator[str]:
-        """The script, with the lines of what it includes in the include's place.
+    def reads(self, name: str, given: Mapping[str, str] | None = None) -> bool:
+        """Whether a line of the script or of what it includes uses the variable, ${name} or v_name, say, and does
+        not only declare it. `given`: what the command line sets."""
+        word = re.compile(rf"(?<![A-Za-z0-9])(v_)?{re.escape(name)}\b")
+        lines = self.script_lines(given, includes=True)
+        return any(word.search(line.partition("#")[0]) for line in lines if not _index_variable(line))
 
-        `given`: what the command line sets. An include that leads to no file, for its name holds an
+    def script_lines(self, given: Mapping[str, str] | None = None, includes: bool = False) -> Iterator[str]:
+        """The script, with the lines of what it includes in the include's place, or behind it.
+
+        `given`: what the command line sets; `includes`: whether the include stays. An include that leads to no file, for its name holds an
         unknown variable, say, stays as it is. Raises UserError where a script includes itself.
         """
         found = {"inputs": str(INPUTS)} | dict(given or {})
@@ -135,6 +142,8 @@ class Scene:
                 elif include := re.match(r"\s*include\s+(\S+)", line):
                     name = re.sub(r"\$\{(\w+)\}", lambda m: found.get(m[1], ""), include[1])
                     if (self.folder / name).is_file():  # an absolute name stands for itself
+                        if includes:
+                            yield line
                         yield from lines(self.folder / name, chain)
                         continue
                 yield line
@@ -200,7 +209,7 @@ def choose_model(scene: Scene, asked: str | None) -> str | None:
 
 
 def read_variables(scene: Scene, model: str | None, settings: Sequence[str]) -> dict[str, str]:
-    """NAME=VALUE of --var, for a script that declares NAME; LIGGGHTS would not miss the others."""
+    """NAME=VALUE of --var, for a script that declares and uses NAME; LIGGGHTS would not miss the others."""
     given = {}
     for text in settings:
         name, equals, value = text.partition("=")
@@ -217,4 +226,8 @@ def read_variables(scene: Scene, model: str | None, settings: Sequence[str]) -> 
     for name in given:
         if name not in known:
             raise unknown(f"variable of {scene.name}'s in.liggghts", name, known)
+        if not scene.reads(name, given | ({"model": model} if model else {})):
+            with_model = f" with model {model}" if model else ""
+            raise UserError(f"--var {name}={given[name]} says nothing: no line of {scene.name}'s script reads "
+                            f"{name}{with_model}.")  # fmt: skip
     return given

@@ -101,7 +101,7 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
             yield Variant("normal model", other, model=other + suffix)
     if lubrication_fixes(scene_script(scene, model)):
         yield Variant("lubrication", "off", lubrication=False, turned_off=True)
-        settings_of_films = [line.split(maxsplit=2)[2] for line in sum(scene_script(scene, model), [])
+        settings_of_films = [line.partition("#")[0].split(maxsplit=2)[2] for line in sum(scene_script(scene, model), [])
                              if line.split()[:2] == ["variable", FILM_SETTINGS]]  # fmt: skip
         said = settings_of_films[0].replace('"', "").split()[1:] if settings_of_films else None
         for state, other in (("off", []), ("on", ["tangential", "off"])):

@@ -155,17 +155,28 @@ def members(options: argparse.Namespace, scene: Scene) -> list[Member]:
         for asked in options.models:
             model = choose_model(scene, asked) or asked
             name = f"{scene.name}-{model}" + ("" if density is None else f"-{density:g}")
-            given = read_variables(scene, model, options.var)
+            given = read_variables(scene, model, variables_for(options, scene, model))
             out = (options.out / name).resolve()
             found.append(Member(scene, model, density, options.gravity, out, given))
     return found
+
+
+def variables_for(options: argparse.Namespace, scene: Scene, model: str) -> list[str]:
+    """Those of --var that this model's script reads, and those that no model of the study does, to be refused."""
+    def read_by(text: str, by: str) -> bool:
+        return scene.reads(text.partition("=")[0].strip(), {"model": by})
+
+    asked = [choose_model(scene, name) or name for name in options.models]
+    return [text for text in options.var
+            if read_by(text, model) or not any(read_by(text, other) for other in asked)]  # fmt: skip
 
 
 def bed_variables(options: argparse.Namespace, scene: Scene) -> dict[str, str]:
     """Of in.liggghts without mobile grains: those of --var that it reads whatever the collision model."""
     none = {"placing": "none"}
     known = scene.variables({"model": ""} | none)
-    texts = [text for text in options.var if text.partition("=")[0].strip() in known]
+    names = {text: text.partition("=")[0].strip() for text in options.var}
+    texts = [text for text, name in names.items() if name in known and scene.reads(name, {"model": "actm"} | none)]
     return read_variables(scene, "actm", texts) | none
 
 

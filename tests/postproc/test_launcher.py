@@ -750,8 +750,10 @@ def test_variables_of_included_scripts_may_be_set():
         "lubrication_settings": "gapMin 0.002",
     }
     # rpm has no lubrication: LIGGGHTS itself would take the variable and forget it.
-    with pytest.raises(UserError, match="there is no variable of setup2_small.*lubrication_settings"):
-        scenes.read_variables(scene, "rpm", given)
+    for unread in ("lubrication_settings=gapMin 0.002", "film_range=0.1", "collision_time=0.35"):
+        with pytest.raises(UserError, match="no line of setup2_small's script reads .* with model rpm"):
+            scenes.read_variables(scene, "rpm", [unread])
+    scenes.read_variables(scene, "rpm", ["repulsion_range=0.1", "friction=0.2", "hold=1"])
     with pytest.raises(UserError, match="nearest is 'density'"):
         scenes.read_variables(scene, "rpm", ["densty=1.3"])
     with pytest.raises(UserError, match="must be NAME=VALUE"):

@@ -43,6 +43,16 @@ def test_variables_reach_the_bed_without_grains():
         models.members(options("--var", "lenght_x=52"), scene)
 
 
+def test_each_model_gets_the_variables_that_its_script_reads():
+    scene = find_scene("setup2_small")
+    words = ("--no-bed", "--models", "rpm", "actm", "--var", "film_range=0.1", "--var", "friction=0.2")
+    rpm, actm = models.members(options(*words), scene)
+    assert rpm.variables() == {"friction": "0.2"}
+    assert actm.variables() == {"friction": "0.2", "film_range": "0.1"}
+    with pytest.raises(UserError, match="reads film_range with model rpm"):
+        models.members(options("--no-bed", "--models", "rpm", "--var", "film_range=0.1"), scene)
+
+
 def test_setup1_varies_the_density_alone(tmp_path):
     scene = find_scene("setup1_small")
     runs = models.members(options("--scene", "setup1_small", "--out", str(tmp_path)), scene)
