@@ -115,9 +115,8 @@ void FixLubrication::prepare(const LAMMPS_NS::Fix* wall) {
 }
 
 void FixLubrication::prepare_tangential() {
-  const bool unresolved = cell_size_ > 0;
-  tangential_on_ = tangential_setting_.empty() ? unresolved : tangential_setting_ == "on";
-  if (!tangential_on_ || unresolved) return;
+  tangential_on_ = tangential() && cell_size_ > 0;
+  if (tangential_on_ || tangential_setting_ != "on") return;
   stop_run(lmp, fmt::format("{}: tangential on adds what a grid lacks, with law unresolved and a "
                             "fix couple/fluid or the property fluidCellSize; {}",
                             style_name,

@@ -100,8 +100,10 @@ class FixLubrication : public LAMMPS_NS::Fix {
   /// n·(L_i/m_i - L_j/m_j), L the fluid's load on a sphere; j = -1: a wall [m/s²].
   double load_acceleration(int i, int j, const double* normal) const;
 
-  /// Whether films act against sliding and rolling, too.
-  bool tangential() const { return tangential_on_; }
+  /// Whether films act against sliding and rolling, too, where there is a grid.
+  bool tangential() const {
+    return tangential_setting_.empty() ? law_ != "published" : tangential_setting_ == "on";
+  }
 
   /// Whether surfaces whose distance squared is `rsq` are in range; `touch` is the distance at
   /// which they would touch.
