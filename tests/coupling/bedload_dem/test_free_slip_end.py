@@ -1,6 +1,7 @@
 """A free-slip end of the box is a plane of symmetry: a sphere meets its own image there."""
 
 import csv
+import re
 
 import numpy as np
 import pytest
@@ -36,7 +37,6 @@ def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
         ("1.95 1.75 1.1", f"1.95 {TOP - RADIUS - GAP} 1.1"),
         ("velocity        grains set 0.7 -0.6 0.05 units box",
          f"set atom 2 vy {SPEED}\nset atom 2 omegaz {SPIN}\nset atom 3 vy 0.0"),
-        ("fix             lubrication all lubrication", "fix lubrication all lubrication tangential on"),
         ("\ncoupled_run", "\n" + DUMP),
     ):  # fmt: skip
         assert found in text
@@ -47,6 +47,7 @@ def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
     result = job(out, "--steps", str(STEPS), "--set", f"fluid.kinematic_viscosity={VISCOSITY}",
                  "--set", "time.step=0.002", script=script)  # fmt: skip
     assert result.status == 0, result.output
+    assert re.search(r"films against sliding and rolling +on +fix lubrication", result.output)
     rows = [row.split() for row in (out / "films.txt").read_text().splitlines() if row.startswith("2 ")]
     y, v, spin, force, torque = np.array(rows, dtype=float).T[1:]
     assert len(y) == STEPS * SUBSTEPS + 1
@@ -58,6 +59,21 @@ def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
     expected = (RADIUS + gap) ** 2 * 4.8 * np.pi * VISCOSITY * (0.5 * RADIUS) * logarithm * 0.5 * spin
     # Of the step before, in which the spin was up to 3 % larger.
     assert -torque[2:] == pytest.approx(expected[2:], rel=0.05)
+
+
+@pytest.mark.parametrize("settings", ["tangential off", "law published"])
+def test_films_against_sliding_can_be_left_out(tmp_path, settings):
+    """The table of effects says so, and no sphere has a torque by a film."""
+    text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
+    film = "lubrication all lubrication"
+    assert film in text
+    script = tmp_path / "in.liggghts"
+    script.write_text(text.replace(film, f"{film} {settings}").replace("\ncoupled_run", "\n" + DUMP), encoding="utf-8")
+    result = job(tmp_path / "out", "--steps", "2", script=script)
+    assert result.status == 0, result.output
+    assert re.search(r"films against sliding and rolling +off +fix lubrication", result.output)
+    rows = [row.split() for row in (tmp_path / "out" / "films.txt").read_text().splitlines() if row.startswith("2 ")]
+    assert len(rows) == 2 * SUBSTEPS + 1 and all(float(row[-1]) == 0.0 for row in rows)
 
 
 def thrown(folder, pair, stokes, ratio=4.0, cells=6):
