@@ -157,30 +157,33 @@ def flow_lines(run: Run) -> list[Line]:
         Line("time", f"{history['time'][-1]:.4g}", "in units of the scene"),
         Line("CFL number, largest", f"{history['cfl'].max():.3f}"),
     ]
+    spheres = history["mobile_spheres"].any() or history["slip_max"].any() or len(run.fixed_spheres()[0]) > 0
     friction = driving_friction(run, middle) if has_friction(run) else 0.0
     if friction > 0:
         reynolds = friction * run.depth / run.viscosity
         lines += [
             Line("friction velocity", f"{friction / run.bulk_velocity:.4f} u_b", "second half"),
             Line("Re_tau", f"{reynolds:.0f}", "u_tau H / nu"),
-            Line("D+", f"{reynolds * run.diameter / run.depth:.1f}", "D u_tau / nu"),
         ]
+    if friction > 0 and spheres:
+        lines.append(Line("D+", f"{reynolds * run.diameter / run.depth:.1f}", "D u_tau / nu"))
         if run.submerged_weight > 0:
             shields = run.value("fluid.density") * friction**2
             shields /= run.submerged_weight * run.diameter
             lines.append(Line("Shields number", f"{shields:.4f}", "critical: 0.035"))
     lines += statistics_lines(run)
-    scale = run.bulk_velocity
-    slip = mean_over_time(history["time"], history["slip_rms"], middle)
-    largest = history["slip_max"][history["time"] >= middle].max()
-    lines += [
-        Line("divergence, largest", f"{np.abs(history['max_divergence']).max():.1e}", "1/T"),
-        Line("slip at markers, rms", f"{slip / scale:.2e} u_b", "second half"),
-        Line("slip at markers, largest", f"{largest / scale:.2e} u_b", "second half"),
-    ]
+    lines.append(Line("divergence, largest", f"{np.abs(history['max_divergence']).max():.1e}", "1/T"))
+    if spheres:
+        scale = run.bulk_velocity
+        slip = mean_over_time(history["time"], history["slip_rms"], middle)
+        largest = history["slip_max"][history["time"] >= middle].max()
+        lines += [
+            Line("slip at markers, rms", f"{slip / scale:.2e} u_b", "second half"),
+            Line("slip at markers, largest", f"{largest / scale:.2e} u_b", "second half"),
+        ]
     residual = np.abs(history["momentum_residual"]).max()
     if not np.isnan(residual):  # between x walls nobody follows it
-        meaning = "given by the fluid less taken by the grains, relative"
+        meaning = "given by the fluid less taken by the grains, relative" if spheres else "relative"
         lines.append(Line("momentum residual", f"{residual:.1e}", meaning))
     return lines
 

@@ -46,6 +46,19 @@ def test_flow_numbers_follow_from_their_definitions(folder):
     assert all(notes[f"slip at markers, {what}"] == "second half" for what in ("rms", "largest"))
 
 
+def test_a_flow_without_spheres_has_no_numbers_of_theirs(folder, tmp_path):
+    alone = shutil.copytree(folder, tmp_path / "alone")
+    (alone / "spheres.h5").unlink()
+    header, *rows = (alone / "history.csv").read_text().splitlines()
+    columns = header.split(",")
+    theirs = {columns.index(name) for name in ("mobile_spheres", "slip_max", "slip_rms")}
+    rows = [",".join("0" if n in theirs else word for n, word in enumerate(row.split(","))) for row in rows]
+    (alone / "history.csv").write_text("\n".join([header, *rows]) + "\n")
+    found = values(summary.flow_lines(Run(alone)))
+    assert found["Re_tau"] == values(summary.flow_lines(Run(folder)))["Re_tau"]
+    assert not {"D+", "Shields number", "slip at markers, rms", "slip at markers, largest"} & set(found)
+
+
 def test_grain_numbers_of_the_story(folder):
     run = Run(folder)
     found = values(summary.grain_lines(run, phases_of(run)))
