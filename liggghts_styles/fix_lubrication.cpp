@@ -298,19 +298,21 @@ void FixLubrication::add(const Surfaces& met) {
                  (load_acceleration(s.i, s.j, s.normal) - s.load);
     collisions_.push_back(film);
   }
-  if (tangential_on_) add_tangential(s);
+  if (fluid_cell_.known()) add_tangential(s);
 }
 
-/// In a collision, which has no duration in nature, there is none; in an enduring contact that of
-/// the smallest gap.
+/// The film of this gap, in an enduring contact of the smallest one. In a collision, which has no
+/// duration in nature, there is none, and with `tangential off` nowhere; but what markers leave out
+/// that stand back belongs to the fluid's force, not to a film.
 void FixLubrication::add_tangential(const Surfaces& s) {
-  if (s.gap <= 0 && !s.enduring) return;
   const bool wall = s.j < 0 && !s.mirrored();
+  const bool film = tangential_on_ && (s.gap > 0 || s.enduring);
+  if (wall && !film) return;
   const double apart = s.mirrored() ? 2 * s.gap : s.gap;
-  const double gap = std::max(apart, smallest_gap_ * s.smaller_radius);
-  const double cells = gap / cell_size_;
-  const contact::SlideAndRoll logarithms = wall ? contact::unresolved_logarithms_at_wall(cells)
-                                                : contact::unresolved_logarithms_of_pair(cells);
+  const double cells = std::max(apart, smallest_gap_ * s.smaller_radius) / fluid_cell_.get();
+  const contact::SlideAndRoll logarithms = wall   ? contact::unresolved_logarithms_at_wall(cells)
+                                           : film ? contact::unresolved_logarithms_of_pair(cells)
+                                                  : contact::logarithms_left_by_markers(cells);
   Tangential t{s.i, s.j, {s.normal[0], s.normal[1], s.normal[2]}, {0, 0, 0}, {}, s.mirrored()};
   if (s.wall_velocity != nullptr) std::copy_n(s.wall_velocity, 3, t.wall_velocity.begin());
   const double mu = viscosity_.get(), a = atom->radius[s.i];
@@ -465,7 +467,7 @@ void FixLubrication::pre_final_integrate() {
     if (film.j >= 0 && film.j < local) applied[film.j][borne_column] += 1;
   }
   apply(collisions_);
-  if (tangential_on_) apply_tangential();
+  if (!tangential_.empty() || comm->nprocs > 1) apply_tangential();
   solve_alone();
   solve_together();
   apply(films_);

@@ -42,7 +42,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
        "unresolved: what a fluid grid of spacing h lacks of the film; published: the whole film."},
       {"tangential", "on with law unresolved, else off",
        "on: also what the grid lacks of the film's force and torques against sliding and rolling "
-       "(law unresolved)."}};
+       "(law unresolved). off: of these only what markers leave out that stand back."}};
   static constexpr StyleHelp help{
       "fix lubrication",
       "Lubrication between spheres that do not touch, and between them and walls of fix "

@@ -520,6 +520,24 @@ TEST(TangentialLubrication, LogarithmThatTheGridLacks) {
 
 // No damper may take more than there is: with x << 1 the formula, with x >> 1 half of what stops
 // the sphere, as its partner may bring as much.
+TEST(TangentialLubrication, LogarithmThatMarkersLeave) {
+  // With what all markers lack it is what those that stand back lack; at a touch ln(k₀/√k) + γ/2.
+  for (const double cells : {0.01, 0.2, 0.7, 1.5, 2.5}) {
+    const SlideAndRoll left = logarithms_left_by_markers(cells);
+    const SlideAndRoll lacking = unresolved_logarithms_of_pair(cells);
+    EXPECT_GT(left.slide, 0);
+    EXPECT_GT(left.roll, 0);
+    EXPECT_NEAR(left.slide - lacking.slide, -unresolved_logarithm(3.3 * cells), 1e-12);
+    EXPECT_NEAR(left.roll - lacking.roll, -unresolved_logarithm(3.3 * cells), 1e-12);
+  }
+  for (const double cells : {1e-3, 0.0, -0.3}) {
+    EXPECT_NEAR(logarithms_left_by_markers(cells).slide, std::log(3.3 / std::sqrt(0.55)) + 0.2886,
+                4e-3);
+    EXPECT_NEAR(logarithms_left_by_markers(cells).roll, std::log(3.3 / std::sqrt(3.5)) + 0.2886,
+                4e-3);
+  }
+}
+
 TEST(TangentialLubrication, StepShare) {
   EXPECT_NEAR(tangential_step_share(3.0, 1e-9), 1, 1e-8);
   EXPECT_NEAR(tangential_step_share(1e3, 1.0) * 2e3, 1, 1e-12);
