@@ -92,7 +92,10 @@ inline SlideAndRoll logarithms_left_by_markers(double cells) {
   cells = std::max(cells, 1e-3);  // both parts go to infinity, their difference does not
   const SlideAndRoll left = unresolved_logarithms_of_pair(cells);
   const double anyway = unresolved_logarithm(tangential_unresolved_by_all_markers * cells);
-  return {left.slide - anyway, left.roll - anyway};
+  const auto damping = [&](double logarithm) {  // the fits cross where both are nearly nothing
+    return std::max(0.0, logarithm - anyway);
+  };
+  return {damping(left.slide), damping(left.roll)};
 }
 
 /// The two dampers [kg/s], and the bodies that they act between.
