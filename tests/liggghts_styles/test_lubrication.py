@@ -359,12 +359,12 @@ def test_several_stiff_films_on_one_sphere(tmp_path, mu, ranks):
 SLIDE_MU, SLIDE_H = 0.05, 2e-3
 
 
-def tangential_drag(size, gap, all_markers=False):
+def tangential_drag(size, gap, left=False):
     """Matrix of -force and -torque on a sphere of diameter D by its velocity along x and spin about z, over a
     wall below (size None: Goldman, Cox & Brenner 1967) or a held sphere `size` times as large (Jeffrey & Onishi
     1984). Their coefficients belong to one logarithm for all; what of a sphere's motion is sliding and rolling is
     found from them: both surfaces' velocities with no difference, or with no sum, as seen from the line of
-    centres. `all_markers`: less what a grid lacks whose markers do not stand back."""
+    centres. `left`: of the logarithm only what markers leave out that stand back."""
     from scipy.special import exp1
 
     a = D / 2
@@ -386,7 +386,8 @@ def tangential_drag(size, gap, all_markers=False):
     motions[1, 0] *= 1 if size is None else 1 / (1 + gap / (a * (1 + size)))
     cells = gap / SLIDE_H
     logarithms = exp1(np.array([3.1, 2.4]) * cells) if size is None else exp1(np.array([0.55, 3.5]) * cells**2) / 2
-    logarithms -= exp1(3.3 * cells) if all_markers else 0.0
+    if left:
+        logarithms = np.array([1.75, 0.76]) * np.exp(-cells * (np.array([1.31, 1.65]) + np.array([0.72, 0.86]) * cells))
     return motions.T @ np.diag(np.diag(dampers) * logarithms) @ motions
 
 
