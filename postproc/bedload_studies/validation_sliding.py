@@ -156,8 +156,8 @@ def sliding(runner: Runner) -> Result:
     result.remarks.append(
         "Forces in 6 pi mu R U, torques in 6 pi mu R^3 omega and 6 pi mu R^2 U. Resolved: the fluid's load on spheres "
         "that are held and say they move. Added: what fix lubrication with `tangential on` adds, the published leading "
-        "terms with E1(k gap/h), between spheres E1(k (gap/h)^2)/2, as the logarithm. By default it adds none: "
-        "the free spheres with `tangential off` show what that costs. The references are expansions "
+        "terms with E1(k gap/h), between spheres E1(k (gap/h)^2)/2, as the logarithm. The published models have "
+        "none: the free spheres with `tangential off` show what that costs. The references are expansions "
         "for small gaps; the box is 8 D wide (12 D: force of sliding +0.5 %)."
     )
     _sliding_held(runner, result)
