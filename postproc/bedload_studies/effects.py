@@ -104,8 +104,8 @@ def variants(scene: Scene, model: str | None, settings: dict) -> Iterator[Varian
         settings_of_films = [line.partition("#")[0].split(maxsplit=2)[2] for line in sum(scene_script(scene, model), [])
                              if line.split()[:2] == ["variable", FILM_SETTINGS]]  # fmt: skip
         said = settings_of_films[0].replace('"', "").split()[1:] if settings_of_films else None
-        for state, other in (("off", []), ("on", ["tangential", "off"])):
-            if said == other:
+        for state, before in (("off", []), ("on", ["tangential", "off"])):
+            if said == before:
                 films = ((FILM_SETTINGS, f"tangential {state}"),)
                 yield Variant("films against sliding and rolling", state, variables=films, turned_off=state == "off")
     if settings["statistics"]["every"] > 0:

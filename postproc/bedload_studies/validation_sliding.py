@@ -205,8 +205,8 @@ def rolling(runner: Runner) -> Result:
         "torque go with the logarithm of the gap, so that roughness decides how fast a sphere rolls: by Goldman, Cox & "
         "Brenner's leading terms C_D Re changes by -24 (8/15 - 2/15 - 2/15 + 8/15) = -19.2 for each unit of ln(gap), "
         "the drag of a sphere that rolls without slipping. The experiments were made with polished spheres; their gap "
-        "is not known (a root-mean-square roughness of 10 nm on a radius of 10 mm would be 1e-6 R). The published models "
-        "have no such films: the rows with `tangential off` show what that costs."
+        "is not known (a root-mean-square roughness of 10 nm on a radius of 10 mm would be 1e-6 R). The published "
+        "models have no such films: the rows with `tangential off` show what that costs."
     )
     reynolds = np.geomspace(30.0, 500.0, 40)
     result.curves.append(Curve(ROLLING, reynolds.tolist(), [_carty(r) for r in reynolds]))

@@ -426,8 +426,8 @@ def test_films_know_how_fast_the_wall_moves(tmp_path):
 def test_sliding_and_turning_die_away(tmp_path, pair):
     """v' and spin' of a sphere beside a wall or a held sphere are those of the 2 x 2 matrix of the published
     coefficients times the logarithm that the grid lacks, E1(k gap/h) or E1(k gap²/h²)/2; so by default.
-    With `tangential off` there is nothing at a wall, and of a sphere's film what its markers leave. Within 2e-3; a coefficient left out, doubled or turned in sign changes v or the spin by
-    more."""
+    With `tangential off` there is nothing at a wall, and of a sphere's film what its markers leave. Within 2e-3; a
+    coefficient left out, doubled or turned in sign changes v or the spin by more."""
     from scipy.linalg import expm
 
     gap, seconds = 2e-4, 40e-3
@@ -435,9 +435,8 @@ def test_sliding_and_turning_die_away(tmp_path, pair):
     inertia = np.diag([1 / mass, 2.5 / (mass * a**2)])
     # The path over a held sphere is straight for a D/5, over which the gap of spheres grows by a tenth of h.
     velocity, spin = (0.05, 20.0) if pair is None else (2e-3, 2.0)
-    whole, left = (
-        expm(-inertia @ tangential_drag(pair and pair / D, gap, off) * seconds) @ [velocity, spin] for off in (False, True)
-    )
+    rates = [inertia @ tangential_drag(pair and pair / D, gap, left) for left in (False, True)]
+    whole, left = (expm(-rate * seconds) @ [velocity, spin] for rate in rates)
     for switch in ("", "tangential off", "tangential on"):
         end = slider(tmp_path / (switch or "none"), switch, pair, (velocity, spin), gap, seconds)
         found = [end.v[0, 0], end.spin[0, 2]]
