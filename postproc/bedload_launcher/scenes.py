@@ -126,8 +126,9 @@ class Scene:
     def script_lines(self, given: Mapping[str, str] | None = None, includes: bool = False) -> Iterator[str]:
         """The script, with the lines of what it includes in the include's place, or behind it.
 
-        `given`: what the command line sets; `includes`: whether the include stays. An include that leads to no file, for its name holds an
-        unknown variable, say, stays as it is. Raises UserError where a script includes itself.
+        `given`: what the command line sets; `includes`: whether the include stays. An include that leads to no
+        file, for its name holds an unknown variable, say, stays as it is. Raises UserError where a script includes
+        itself.
         """
         found = {"inputs": str(INPUTS)} | dict(given or {})
 
