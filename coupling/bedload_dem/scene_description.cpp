@@ -101,7 +101,10 @@ std::string describe_effects(LAMMPS_NS::LAMMPS* lmp) {
   return line("collisions", contacts,
               contacts ? describe_contacts(*lmp->force) : "the LIGGGHTS script has no pair_style") +
          line("lubrication", film != nullptr,
-              film != nullptr ? "fix lubrication" : "the LIGGGHTS script has no fix lubrication") +
+              film != nullptr
+                  ? "fix lubrication"
+                  : "the LIGGGHTS script has no fix lubrication; the grid alone has less "
+                    "than half of a film thinner than h/3") +
          line("films against sliding and rolling", film != nullptr && film->tangential(),
               film == nullptr      ? "no fix lubrication"
               : film->tangential() ? "fix lubrication, tangential on"
