@@ -186,9 +186,12 @@ def run(command: Sequence[str], folder: Path) -> int:
     goes to the programs instead, as SIGUSR2: they write a checkpoint and end.
     """
     wishes = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP} if command[0] == "mpirun" else set()
+    wished: list[int] = []
 
     def pass_on(received: int, _) -> None:
         gently = received in wishes
+        if gently:
+            wished.append(received)
         if received != signal.SIGUSR1:
             wishes.clear()
         if received == signal.SIGQUIT:  # which ends mpirun and leaves its programs
@@ -207,4 +210,6 @@ def run(command: Sequence[str], folder: Path) -> int:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+    if code == -signal.SIGUSR2 and wished:  # mpirun did not pass signals on yet
+        code = -wished[0]
     return code if code >= 0 else 128 - code

@@ -583,6 +583,22 @@ def test_status_and_signals_pass_through(tmp_path):
     assert signal.getsignal(signal.SIGUSR1) == signal.SIG_DFL
 
 
+def test_an_end_that_is_asked_for_before_mpirun_listens(tmp_path, monkeypatch):
+    """mpirun dies of the signal for its programs; what the shell is told is the user's."""
+    mpirun = tmp_path / "mpirun"
+    mpirun.write_text("#!/bin/sh\necho $$ > here\nmv here ready\nexec sleep 60\n")
+    mpirun.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+
+    def send():
+        while not (tmp_path / "ready").exists():
+            time.sleep(0.01)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=send, daemon=True).start()
+    assert job.run(["mpirun"], tmp_path) == 130
+
+
 def bare_system(tmp_path, installed, arguments=("run",)):
     """What apt-get is called with by a copy of the launcher in a tree of its own, with stand-ins for dpkg-query,
     id and apt-get."""
