@@ -157,7 +157,7 @@ def flow_lines(run: Run) -> list[Line]:
         Line("time", f"{history['time'][-1]:.4g}", "in units of the scene"),
         Line("CFL number, largest", f"{history['cfl'].max():.3f}"),
     ]
-    spheres = history["mobile_spheres"].any() or history["slip_max"].any() or len(run.fixed_spheres()[0]) > 0
+    spheres = (run.folder / "spheres.h5").is_file() or history["slip_max"].any()
     friction = driving_friction(run, middle) if has_friction(run) else 0.0
     if friction > 0:
         reynolds = friction * run.depth / run.viscosity

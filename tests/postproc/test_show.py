@@ -51,7 +51,7 @@ def test_a_flow_without_spheres_has_no_numbers_of_theirs(folder, tmp_path):
     (alone / "spheres.h5").unlink()
     header, *rows = (alone / "history.csv").read_text().splitlines()
     columns = header.split(",")
-    theirs = {columns.index(name) for name in ("mobile_spheres", "slip_max", "slip_rms")}
+    theirs = {columns.index(name) for name in ("slip_max", "slip_rms")}
     rows = [",".join("0" if n in theirs else word for n, word in enumerate(row.split(","))) for row in rows]
     (alone / "history.csv").write_text("\n".join([header, *rows]) + "\n")
     found = values(summary.flow_lines(Run(alone)))
