@@ -314,15 +314,13 @@ def keeps_pair(_: int, dt: float, t: Trajectories) -> Verdict:
 def carried(t: Trajectories, dt: float, stream: float, change: float) -> Verdict:
     """The grain is not faster than three times the stream, stays above the bed (the lowest place on
     four spheres is 1.207 D high), touches nothing deeper than its speed explains, and goes with the
-    change of the stream by at least a twentieth of it: one that nothing pushes stays where it is. (Out of its
-    pocket, against the films of four spheres, it goes 0.067 to 0.08 of the stream's way, and more than 0.105 without
-    films against sliding.)"""
+    change of the stream by at least a tenth of it: one that nothing pushes stays where it is."""
     way = float(t.travel()[0, 0]) * math.copysign(1.0, change)
-    wanted = 0.05 * abs(change) * float(t.time[-1] - t.time[0])
+    wanted = 0.1 * abs(change) * float(t.time[-1] - t.time[0])
     return worst(
         Check("speed", t.fastest(), 3.0 * stream, 6.0 * stream),
         Check("1.15 D over the lowest height", 1.15 / float(np.min(t.position[:, 0, 1])), 1.0, 2.0),
-        Check("a twentieth of the stream's way over the grain's", wanted / way if way > 0.0 else math.inf, 1.0),
+        Check("a tenth of the stream's way over the grain's", wanted / way if way > 0.0 else math.inf, 1.0),
         overlap(t, t.fastest(), dt),
     )
 

@@ -518,8 +518,6 @@ TEST(TangentialLubrication, LogarithmThatTheGridLacks) {
               std::exp(-x) / x, 1e-4);
 }
 
-// No damper may take more than there is: with x << 1 the formula, with x >> 1 half of what stops
-// the sphere, as its partner may bring as much.
 // Measured: what a grid of eight cells to a diameter resolves with all markers, less without those
 // that stand back. No more than all of the logarithm that the grid lacks then.
 TEST(TangentialLubrication, LogarithmThatMarkersLeave) {
@@ -538,6 +536,8 @@ TEST(TangentialLubrication, LogarithmThatMarkersLeave) {
     EXPECT_LT(logarithms_left_by_markers(cells).slide, unresolved_logarithms_of_pair(cells).slide);
 }
 
+// No damper may take more than there is: with x << 1 the formula, with x >> 1 half of what stops
+// the sphere, as its partner may bring as much.
 TEST(TangentialLubrication, StepShare) {
   EXPECT_NEAR(tangential_step_share(3.0, 1e-9), 1, 1e-8);
   EXPECT_NEAR(tangential_step_share(1e3, 1.0) * 2e3, 1, 1e-12);
