@@ -40,8 +40,8 @@
 ///     Λ = A exp(-a ζ/h - b ζ²/h²),   ζ >= 0,
 /// makes the grid as good as without that, whatever film a model has besides. Measured as the
 /// difference of two programs, all markers (commit 3988db8) and these, at gaps of 0.002 to 1.5 h
-/// and D/h = 8, two spheres that turn the same way or against each other; within 7 % of the sliding
-/// one at 6 and 12.
+/// and D/h = 8, two spheres that turn the same way or against each other (the same case of the
+/// study has both); within 7 % of the sliding one at 6 and 12.
 ///
 /// Symbols: μ dynamic viscosity [Pa s]; ζ surface gap [m]; n unit vector from j to i; a, b radii
 /// [m]; v velocity of i relative to j, ω spins [1/s]. The arms a and b reach to the middle of the

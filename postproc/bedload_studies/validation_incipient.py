@@ -8,6 +8,7 @@ import numpy as np
 from bedload_post.outputs import Run
 
 from .validation_runs import Curve, Result, Row, Runner
+from .validation_sliding import left_by_markers
 from .validation_steady import last_load
 
 GRAIN, POCKET = 17, 2.0  # its tag and its place along x at rest
@@ -63,8 +64,7 @@ def _left_by_markers(n: int) -> tuple[float, float]:
     """Force and torque by spin, as in Loads, of what `fix lubrication` gives back of the sliding and rolling films
     between the grain and the four spheres: the fluid's load lacks it, as markers stand back from the cells that two
     spheres share (logarithms_left_by_markers in liggghts_styles/formulas/tangential_lubrication.hpp)."""
-    s = GAP * n
-    slide, roll = 1.75 * math.exp(-s * (1.31 + 0.72 * s)), 0.76 * math.exp(-s * (1.65 + 0.86 * s))
+    slide, roll = left_by_markers(GAP * n)
     effective, arm = 0.25, 0.5  # D; viscosity 1
     normals = [(x, math.sqrt(0.5), z) for x in (-0.5, 0.5) for z in (-0.5, 0.5)]  # towards the grain
     force = sum(2.0 * math.pi * effective * slide * arm * y for _, y, _ in normals)

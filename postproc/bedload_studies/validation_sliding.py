@@ -18,6 +18,19 @@ from .validation_steady import last_load
 UNRESOLVED_SLIDE_ROLL = {"wall": (3.1, 2.4), "pair": (0.55, 3.5)}
 
 
+# What markers leave that stand back, A exp(-a s - b s^2), sliding and rolling, as there.
+LEFT_BY_MARKERS = ((1.75, 1.31, 0.72), (0.76, 1.65, 0.86))
+# Mean torque over 6 pi mu R^3 omega of two spheres that turn the same way, and against each other, over the gap in
+# cells, D/h = 8, with all markers: `_turning_pair` at commit 3988db8, before markers stood back.
+WITH_ALL_MARKERS = {0.002: (1.962, 1.593), 0.5: (1.711, 1.469), 1.0: (1.588, 1.404)}
+
+
+def left_by_markers(cells: float) -> tuple[float, float]:
+    """The logarithm that markers leave at a gap in cells, of sliding and of rolling."""
+    slide, roll = (size * math.exp(-cells * (a + b * cells)) for size, a, b in LEFT_BY_MARKERS)
+    return slide, roll
+
+
 def _lacks(who: str, rate: float, cells: float) -> float:
     """The logarithm that the grid lacks at a gap in cells, of one of both motions."""
     return float(exp1(rate * cells)) if who == "wall" else 0.5 * float(exp1(rate * cells**2))
@@ -126,6 +139,31 @@ def _sliding_pairs(runner: Runner, result: Result) -> None:
                                    0.04, source="Jeffrey & Onishi 1984"))  # fmt: skip
 
 
+def _turning_pair(runner: Runner, gap: float, other: float) -> float:
+    """Mean torque of two held spheres that say they turn at 2 and at `other`, over 6 pi mu R^3 omega."""
+    n, length = 8, 4.0
+    half = 0.5 * (1.0 + gap / n)
+    run = runner("approach", f"sliding-left-{gap}-{other:g}", {
+        "grid.cells": [round(length) * n] * 3, "grid.length": [length] * 3,
+        "time.step": DIFFUSION / n**2, "time.end": 0.8,
+    }, {"length": length, "x1": 2.03 - half, "x2": 2.03 + half, "y1": 2.01, "y2": 2.01, "z1": 1.97, "z2": 1.97,
+        "ux": 0.0, "spin1": 2.0, "spin2": other})  # fmt: skip
+    with h5py.File(run.folder / "spheres.h5") as file:
+        torque = file["mobile/torque"][-2:][np.argsort(file["mobile/tag"][-2:])]
+    return -float(torque[0, 1] + math.copysign(1.0, other) * torque[1, 1]) / (3.0 * math.pi)
+
+
+def _left_rows(runner: Runner, result: Result) -> None:
+    """What the grid resolves with markers that stand back, and with what they leave, against all markers."""
+    for gap, all_markers in WITH_ALL_MARKERS.items():
+        motions = zip((2.0, -2.0), ("the same way", "against each other"), (1 / 3, 1 / 5), left_by_markers(gap),
+                      all_markers, strict=True)  # fmt: skip
+        for other, words, part, left, should in motions:
+            found = _turning_pair(runner, gap, other)
+            parts = f"resolved ({found:.3f}) and left by markers ({part * left:.3f})"
+            result.rows.append(Row(f"two spheres turn {words}, gap {gap} h: {parts}", found + part * left, should, 0.02, source="all markers, commit 3988db8"))
+
+
 def _sliding_free(runner: Runner, result: Result) -> None:
     """A free sphere pulled along the wall, with and without the films."""
     pull = 0.1
@@ -162,6 +200,7 @@ def sliding(runner: Runner) -> Result:
     )
     _sliding_held(runner, result)
     _sliding_pairs(runner, result)
+    _left_rows(runner, result)
     _sliding_free(runner, result)
     across = np.geomspace(0.04, 1.0, 40)
     for who, ks in UNRESOLVED_SLIDE_ROLL.items():
