@@ -161,7 +161,8 @@ def _left_rows(runner: Runner, result: Result) -> None:
         for other, words, part, left, should in motions:
             found = _turning_pair(runner, gap, other)
             parts = f"resolved ({found:.3f}) and left by markers ({part * left:.3f})"
-            result.rows.append(Row(f"two spheres turn {words}, gap {gap} h: {parts}", found + part * left, should, 0.02, source="all markers, commit 3988db8"))
+            what = f"two spheres turn {words}, gap {gap} h: {parts}"
+            result.rows.append(Row(what, found + part * left, should, 0.02, source="all markers, commit 3988db8"))
 
 
 def _sliding_free(runner: Runner, result: Result) -> None:
