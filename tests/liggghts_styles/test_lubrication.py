@@ -536,3 +536,27 @@ def test_tangential_film_of_an_enduring_contact(tmp_path):
     expected = expm(-rates * seconds) @ start
     assert [end.v[0, 0], end.spin[0, 2]] == pytest.approx(expected, rel=5e-3)
     assert end.v[0, 0] < 0.95 * start[0]
+
+
+@pytest.mark.parametrize("settings", ["tangential off", "law published"])
+def test_markers_leave_as_much_in_contact(tmp_path, settings):
+    """A sphere that lies on a held one turns against what markers leave at a gap of nothing, with every setting."""
+    from scipy.linalg import expm
+
+    contact, seconds = "model actm tangential off", 20e-3
+    scene = Scene(
+        [Sphere((0.0, D / 2 - 2e-6, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 2.0), diameter=D),
+         Sphere((0.0, -D / 2, 0.0), diameter=D)],
+        skin=1e-2,
+        contact=contact,
+        lines=[with_grid(SLIDE_H), f"fix film all lubrication viscosity {SLIDE_MU} {settings}",
+               "fix weight all gravity 9.81 vector 0 -1 0", "group held id 2", "group free id 1", "fix hold held freeze"],
+        integrate="fix integrate free nve/sphere",
+    )  # fmt: skip
+    end = scene.run(tmp_path, round(seconds / scene.dt))
+    assert np.linalg.norm(end.x[0] - end.x[1]) < D
+    a, mass = D / 2, scene.spheres[0].mass
+    rates = np.diag([1 / mass, 2.5 / (mass * a**2)]) @ tangential_drag(1.0, 0.0, left=True)
+    expected = expm(-rates * seconds) @ [0.0, 2.0]
+    assert end.spin[0, 2] == pytest.approx(expected[1], rel=2e-3)
+    assert expected[1] < 0.97 * 2.0
