@@ -550,7 +550,8 @@ def test_markers_leave_as_much_in_contact(tmp_path, settings):
         skin=1e-2,
         contact=contact,
         lines=[with_grid(SLIDE_H), f"fix film all lubrication viscosity {SLIDE_MU} {settings}",
-               "fix weight all gravity 9.81 vector 0 -1 0", "group held id 2", "group free id 1", "fix hold held freeze"],
+               "fix weight all gravity 9.81 vector 0 -1 0",
+               "group held id 2", "group free id 1", "fix hold held freeze"],
         integrate="fix integrate free nve/sphere",
     )  # fmt: skip
     end = scene.run(tmp_path, round(seconds / scene.dt))
