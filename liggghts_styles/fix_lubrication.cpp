@@ -142,6 +142,7 @@ void FixLubrication::init() {
   refuse_projected_spheres();
   fluid_force_ = static_cast<LAMMPS_NS::FixPropertyAtom*>(
       modify->find_fix_property("couple_force", "property/atom", "vector", 3, 0, style, false));
+  marker_film_ = find_marker_film(lmp);
   fluid_density_ = FluidValue::find(lmp, "fluid_density", "fluidDensity");
   loads_received_ = FluidValue::find(lmp, "loads_received", "");
 }
@@ -233,6 +234,12 @@ double FixLubrication::damping_in_collision(const Surfaces& s) const {
   return contact::collision_damping(mass, s.collision_time, share);
 }
 
+/// Whether the fluid, where there is one, has these spheres.
+bool FixLubrication::in_fluid(const Surfaces& s) const {
+  return marker_film_ == nullptr ||
+         (marker_film_->in_fluid(s.i) && (s.j < 0 || marker_film_->in_fluid(s.j)));
+}
+
 /// What the fluid's box has at the foot of a wall's normal.
 FixLubrication::End FixLubrication::end_at(const Surfaces& s) const {
   constexpr double nearby = 0.5;  // cells
@@ -256,7 +263,7 @@ double FixLubrication::coefficient(const Surfaces& s, double opening) const {
   double per_gap = contact::mean_inverse_gap(gap, way, smallest_gap_ * s.smaller_radius);
   if (cell_size_ > 0) {
     const double part = touching(s, opening);
-    // The grid has all spheres, and of the walls those where its box ends.
+    // The grid has the spheres in the fluid, and of the walls those where its box ends.
     if (s.end != End::none) {
       const bool wall = s.j < 0 && !s.mirrored();
       const auto& share = wall ? contact::unresolved_at_wall : contact::unresolved_of_pair;
@@ -281,7 +288,10 @@ void FixLubrication::add(const Surfaces& met) {
   Surfaces s = met;
   const auto outside = [&](int k) { return (atom->mask[k] & groupbit) == 0; };
   if (outside(s.i) || (s.j >= 0 && outside(s.j))) return;
-  if (s.j < 0 && fluid_cell_.live()) s.end = end_at(s);
+  if (!in_fluid(s))
+    s.end = End::none;
+  else if (s.j < 0 && fluid_cell_.live())
+    s.end = end_at(s);
   if (s.weight > 0) s.weight *= share_of_load(s);
   const double* n = s.normal;
   Film film{s.i, s.j, 0,    {n[0], n[1], n[2]}, {0, 0, 0}, 0, s.j >= atom->nlocal ? 0.5 : 1.0,
@@ -298,28 +308,35 @@ void FixLubrication::add(const Surfaces& met) {
                  (load_acceleration(s.i, s.j, s.normal) - s.load);
     collisions_.push_back(film);
   }
-  if (fluid_cell_.known()) add_tangential(s);
+  add_tangential(s);
 }
 
-/// The film of this gap, in an enduring contact of the smallest one. In a collision, which has no
-/// duration in nature, there is none, and with `tangential off` nowhere; but what markers leave out
-/// that stand back belongs to the fluid's force, not to a film.
-void FixLubrication::add_tangential(const Surfaces& s) {
+/// Of the film of this gap, in an enduring contact of the smallest one, what neither the grid nor
+/// FixMarkerFilm gives. In a collision, which has no duration in nature, there is no film.
+contact::SlideAndRoll FixLubrication::missing_logarithms(const Surfaces& s) const {
+  const double h = fluid_cell_.get(), smallest = smallest_gap_ * s.smaller_radius;
   const bool wall = s.j < 0 && !s.mirrored();
-  const bool film = tangential_on_ && (s.gap > 0 || s.enduring);
-  if (wall && !film) return;
+  if (wall) return contact::unresolved_logarithms_at_wall(std::max(s.gap, smallest) / h);
   const double apart = s.mirrored() ? 2 * s.gap : s.gap;
-  const double cells = std::max(apart, smallest_gap_ * s.smaller_radius) / fluid_cell_.get();
-  const contact::SlideAndRoll logarithms = wall   ? contact::unresolved_logarithms_at_wall(cells)
-                                           : film ? contact::unresolved_logarithms_of_pair(cells)
-                                                  : contact::logarithms_left_by_markers(cells);
-  Tangential t{s.i, s.j, {s.normal[0], s.normal[1], s.normal[2]}, {0, 0, 0}, {}, s.mirrored()};
+  const auto all = contact::unresolved_logarithms_of_pair(std::max(apart, smallest) / h);
+  if (marker_film_ == nullptr) return all;
+  return contact::rest_of(all, s.mirrored() ? marker_film_->logarithms_of_image(s.i, s.gap)
+                                            : marker_film_->logarithms(s.i, s.j, s.gap));
+}
+
+void FixLubrication::add_tangential(const Surfaces& s) {
+  if (!tangential_on_ || (s.gap <= 0 && !s.enduring)) return;
+  const contact::SlideAndRoll logarithms = missing_logarithms(s);
+  TangentialFilms::Film t{s.i,       s.j, {s.normal[0], s.normal[1], s.normal[2]},
+                          {0, 0, 0}, {},  s.mirrored()};
   if (s.wall_velocity != nullptr) std::copy_n(s.wall_velocity, 3, t.wall_velocity.begin());
   const double mu = viscosity_.get(), a = atom->radius[s.i];
+  const bool wall = s.j < 0 && !s.mirrored();
+  const double apart = s.mirrored() ? 2 * s.gap : s.gap;
   t.film = wall ? contact::tangential_film_at_wall(mu, a, apart, logarithms)
                 : contact::tangential_film_of_pair(mu, a, s.mirrored() ? a : atom->radius[s.j],
                                                    apart, logarithms);
-  tangential_.push_back(t);
+  tangential_.add(t);
 }
 
 double FixLubrication::inverse_mass(int i) const { return mobility_.inverse_mass(*atom, i); }
@@ -392,54 +409,18 @@ void FixLubrication::solve_together() {
   for (std::size_t k = 0; k < films_.size(); ++k) films_[k].force = system_.force(k);
 }
 
-/// Of sphere k = t.i or t.j.
-double FixLubrication::tangential_rate(const Tangential& t, int k) const {
-  const double w = inverse_mass(k), a = atom->radius[k];
-  return contact::tangential_rate(t.film, k == t.i ? t.film.arm_i : t.film.arm_j, w,
-                                  2.5 * w / (a * a));
-}
-
-/// Of local and ghost spheres.
-void FixLubrication::sum_tangential_rates() {
-  const int local = atom->nlocal;
-  rates_.assign(local + atom->nghost, 0.0);
-  for (const Tangential& t : tangential_) {
-    rates_[t.i] += tangential_rate(t, t.i);
-    if (t.j >= 0 && t.j < local) rates_[t.j] += tangential_rate(t, t.j);
-  }
-  send(Sending::rates);
-}
-
 /// Forces and torques against sliding and rolling join the others and lubricationForce.
 void FixLubrication::apply_tangential() {
-  sum_tangential_rates();
-  const int local = atom->nlocal;
+  tangential_.sum_rates(*atom, mobility_);
+  send(Sending::rates);
   double** applied = applied_->array_atom;
-  const auto vector = [](const double* p) { return Vector{p[0], p[1], p[2]}; };
-  const auto push = [&](int k, double force, const Vector& along, double share,
-                        const Vector& turn) {
-    if (inverse_mass(k) == 0) return;
-    for (int d = 0; d < 3; ++d) {
-      applied[k][d] += force * along[d];
-      applied[k][4 + d] += share * turn[d];
-      atom->f[k][d] += force * along[d];
-      atom->torque[k][d] += share * turn[d];
-    }
-  };
-  for (const Tangential& t : tangential_) {
-    const bool wall = t.j < 0;
-    const Vector vi = vector(atom->v[t.i]), spin = vector(atom->omega[t.i]);
-    const Vector vj = t.mirrored ? vi : wall ? t.wall_velocity : vector(atom->v[t.j]);
-    const Vector other_spin = t.mirrored ? Vector{-spin[0], -spin[1], -spin[2]}  // across n
-                              : wall     ? Vector{}
-                                         : vector(atom->omega[t.j]);
-    const contact::TangentialLoads loads = contact::tangential_loads(
-        t.film, t.normal, {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]}, spin, other_spin);
-    const double share =
-        contact::tangential_step_share(std::max(rates_[t.i], wall ? 0.0 : rates_[t.j]), update->dt);
-    push(t.i, share, loads.force, share, loads.torque_i);
-    if (!wall && t.j < local) push(t.j, -share, loads.force, share, loads.torque_j);
-  }
+  tangential_.apply(*atom, mobility_, update->dt,
+                    [applied](int k, const Vector& force, const Vector& torque) {
+                      for (int d = 0; d < 3; ++d) {
+                        applied[k][d] += force[d];
+                        applied[k][4 + d] += torque[d];
+                      }
+                    });
 }
 
 void FixLubrication::pre_final_integrate() {
@@ -467,7 +448,7 @@ void FixLubrication::pre_final_integrate() {
     if (film.j >= 0 && film.j < local) applied[film.j][borne_column] += 1;
   }
   apply(collisions_);
-  if (!tangential_.empty() || comm->nprocs > 1) apply_tangential();
+  if (tangential_.size() > 0 || comm->nprocs > 1) apply_tangential();
   solve_alone();
   solve_together();
   apply(films_);
@@ -507,7 +488,7 @@ void FixLubrication::setup(int) {
 FixLubrication::Vector FixLubrication::sent(int i) const {
   switch (sending_) {
     case Sending::rates:
-      return {rates_[i]};
+      return {tangential_.rate(i)};
     case Sending::loads:
       return loads_[i];
     case Sending::borne:
@@ -532,7 +513,7 @@ int FixLubrication::pack_comm(int count, int* list, double* buffer, int, int*) {
 void FixLubrication::unpack_comm(int count, int first, double* buffer) {
   for (int i = first; i < first + count; ++i) {
     if (sends_one()) {
-      (sending_ == Sending::rates ? rates_ : borne_)[i] = *buffer++;
+      (sending_ == Sending::rates ? tangential_.rate(i) : borne_[i]) = *buffer++;
       continue;
     }
     const Vector values{buffer[0], buffer[1], buffer[2]};

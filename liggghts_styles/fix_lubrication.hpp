@@ -8,10 +8,11 @@
 #include "fix.h"
 #include "liggghts_styles/contact_observers.hpp"
 #include "liggghts_styles/film_system.hpp"
+#include "liggghts_styles/fix_marker_film.hpp"
 #include "liggghts_styles/fluid_values.hpp"
-#include "liggghts_styles/formulas/tangential_lubrication.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
+#include "liggghts_styles/tangential_films.hpp"
 
 namespace LAMMPS_NS {
 class FixPropertyAtom;
@@ -42,7 +43,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
        "unresolved: what a fluid grid of spacing h lacks of the film; published: the whole film."},
       {"tangential", "on with law unresolved, else off",
        "on: also what the grid lacks of the film's force and torques against sliding and rolling "
-       "(law unresolved). off: of these only what markers leave out that stand back."}};
+       "(law unresolved)."}};
   static constexpr StyleHelp help{
       "fix lubrication",
       "Lubrication between spheres that do not touch, and between them and walls of fix "
@@ -86,7 +87,8 @@ class FixLubrication : public LAMMPS_NS::Fix {
     double speed = 0;           ///< at the touch [m/s]
     double load = 0;            ///< load_acceleration when it began [m/s²]
     double collision_time = 0;  ///< T_c [s]
-    End end = End::no_slip;     ///< of a wall; add() finds it
+    /// Of a wall, and none where the fluid does not have both surfaces; add() finds it.
+    End end = End::no_slip;
     /// Whether surface j is the image of i behind a free-slip end.
     bool mirrored() const { return end == End::free_slip; }
   };
@@ -126,12 +128,6 @@ class FixLubrication : public LAMMPS_NS::Fix {
     double borne;       // what a collision bears of the fluid's load [N]
     bool bears;         // whether it may bear some
   };
-  struct Tangential {
-    int i, j;
-    Vector normal, wall_velocity;
-    contact::TangentialFilm film;
-    bool mirrored;  // j is the image of i
-  };
   /// In applied_: in how many collisions a sphere was that bear its load.
   static constexpr int borne_column = 7;
   bool sends_one() const { return sending_ == Sending::rates || sending_ == Sending::borne; }
@@ -139,8 +135,8 @@ class FixLubrication : public LAMMPS_NS::Fix {
   Vector sent(int i) const;
   void prepare_tangential();
   void add_tangential(const Surfaces& s);
-  double tangential_rate(const Tangential& t, int k) const;
-  void sum_tangential_rates();
+  contact::SlideAndRoll missing_logarithms(const Surfaces& s) const;
+  bool in_fluid(const Surfaces& s) const;
   void apply_tangential();
   double opening_speed(const Film& film) const;
   void apply(const std::vector<Film>& films);
@@ -174,11 +170,11 @@ class FixLubrication : public LAMMPS_NS::Fix {
   ContactObservers contact_observers_;
   std::vector<Film> films_;
   std::vector<Film> collisions_;  // what the grid resolves and should not, or the contact bears
-  std::vector<Tangential> tangential_;
-  FilmSystem system_;                  // films_, solved for together
-  std::vector<Vector> accelerations_;  // by all but films, of local and ghost spheres [m/s²]
-  std::vector<double> rates_;          // summed over a sphere's tangential films [1/s]
-  LAMMPS_NS::FixPropertyAtom* fluid_force_ = nullptr;  // of fix couple/fluid
+  TangentialFilms tangential_;
+  FilmSystem system_;                     // films_, solved for together
+  std::vector<Vector> accelerations_;     // by all but films, of local and ghost spheres [m/s²]
+  FixMarkerFilm* marker_film_ = nullptr;  // of fix couple/fluid
+  LAMMPS_NS::FixPropertyAtom* fluid_force_ = nullptr;  // of it, too
   FluidValue fluid_density_, loads_received_;
   std::vector<Vector> loads_;  // accelerations of local and ghost spheres by the fluid [m/s²]
   std::vector<double> borne_;  // of local and ghost spheres, borne_column() when loads_ was made

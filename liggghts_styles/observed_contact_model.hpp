@@ -8,6 +8,7 @@
 #include "fix_wall_gran.h"
 #include "liggghts_styles/fix_collision_table.hpp"
 #include "liggghts_styles/fix_lubrication.hpp"
+#include "liggghts_styles/fix_marker_film.hpp"
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/mobility.hpp"
 #include "liggghts_styles/unknown_setting.hpp"
@@ -15,9 +16,10 @@
 namespace bedload {
 
 /// A LIGGGHTS contact model (any combination) that also tells fix lubrication which surfaces are
-/// close, and fix collision/table which contacts act. Both fixes thus serve all models, shipped
-/// ones included, and pairs, primitive and mesh walls alike, without a search of their own; without
-/// the fixes it costs two tests of a pointer per contact.
+/// close, fix collision/table which contacts act, and the coupling's FixMarkerFilm which spheres
+/// touch or nearly do. These fixes thus serve all models, shipped ones included, and pairs,
+/// primitive and mesh walls alike, without a search of their own; without the fixes it costs a test
+/// of a pointer each per contact.
 template <class Style>
 class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style> {
   using Base = LIGGGHTS::ContactModels::ContactModel<Style>;
@@ -42,13 +44,18 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
     LAMMPS_NS::Modify& modify = *lmp_->modify;
     lubrication_ = find_lubrication(lmp_);
     table_ = static_cast<FixCollisionTable*>(modify.find_fix_style_strict("collision/table", 0));
+    marker_film_ = wall_ == nullptr ? find_marker_film(lmp_) : nullptr;
     if (lubrication_ != nullptr) lubrication_->prepare(wall_);
+    if (marker_film_ != nullptr) marker_film_->prepare();
     if (table_ != nullptr) table_->attach(wall_);
     mobility_ = Mobility(lmp_);
   }
 
   void surfacesIntersect(Touching& s, Forces& i_forces, Forces& j_forces) {
     Base::surfacesIntersect(s, i_forces, j_forces);
+    if (marker_film_ != nullptr && s.computeflag &&
+        marker_film_->reaches(s.i, s.j, s.rsq, s.radsum))
+      marker_film_->add(s.i, s.j, -s.deltan, s.en);
     if (table_ == nullptr || !s.computeflag || !s.shearupdate) return;
     const double slip = std::sqrt(s.vtr1 * s.vtr1 + s.vtr2 * s.vtr2 + s.vtr3 * s.vtr3);
     record(s, s.en, -s.deltan, s.vn, slip, i_forces);
@@ -58,11 +65,14 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
     Base::surfacesClose(s, i_forces, j_forces);
     const bool acts = table_ != nullptr && s.has_force_update && s.shearupdate;
     const bool film = lubrication_ != nullptr && lubrication_->reaches(s.rsq, s.radsum);
-    if (!s.computeflag || (!film && !acts)) return;
+    const bool markers =
+        marker_film_ != nullptr && marker_film_->reaches(s.i, s.j, s.rsq, s.radsum);
+    if (!s.computeflag || (!film && !markers && !acts)) return;
     const double r = std::sqrt(s.rsq);
     const double gap = r - s.radsum;
+    const double n[3] = {s.delta[0] / r, s.delta[1] / r, s.delta[2] / r};
+    if (markers) marker_film_->add(s.i, s.j, gap, n);
     if (film) {
-      const double n[3] = {s.delta[0] / r, s.delta[1] / r, s.delta[2] / r};
       const double effective = s.is_wall ? s.radi : s.radi * s.radj / s.radsum;
       const double smaller = s.is_wall ? s.radi : std::min(s.radi, s.radj);
       lubrication_->add({s.i, s.is_wall ? -1 : s.j, gap, effective, smaller, n,
@@ -114,6 +124,7 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
   LAMMPS_NS::LAMMPS* lmp_;
   LAMMPS_NS::FixWallGran* wall_ = nullptr;
   FixLubrication* lubrication_ = nullptr;
+  FixMarkerFilm* marker_film_ = nullptr;
   FixCollisionTable* table_ = nullptr;
   Mobility mobility_;
 };

@@ -37,6 +37,7 @@ void register_styles(LAMMPS_NS::LAMMPS* lmp) {
   [[maybe_unused]] static const bool once = register_contact_models();
   add_fix_style<FixLubrication>(lmp, "lubrication");
   add_fix_style<FixCollisionTable>(lmp, "collision/table");
+  add_fix_style<FixMarkerFilm>(lmp, FixMarkerFilm::style_name);
   add_command(lmp, "plugin", load_plugin);
 }
 

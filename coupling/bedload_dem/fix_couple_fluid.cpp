@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <span>
 #include <string_view>
@@ -28,6 +29,7 @@
 #include "integrate.h"
 #include "lammps.h"
 #include "liggghts_styles/find_fix.hpp"
+#include "liggghts_styles/fix_marker_film.hpp"
 #include "liggghts_styles/hand_on.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
@@ -45,6 +47,7 @@ constexpr const char* force_name = "couple_force";
 constexpr const char* torque_name = "couple_torque";
 constexpr const char* kept_name = "couple_kept";
 constexpr const char* overlap_name = "couple_overlap";
+constexpr const char* film_name = "couple_film";
 
 /// `size` numbers per atom that migrate with it and go into restart files.
 LAMMPS_NS::FixPropertyAtom* add_vector_per_atom(LAMMPS_NS::Modify& modify, const char* name,
@@ -113,6 +116,9 @@ void FixCoupleFluid::post_create() {
   torque_ = add_vector_per_atom(*modify, torque_name, 3, style);
   kept_ = add_vector_per_atom(*modify, kept_name, 7, style);
   overlap_ = add_vector_per_atom(*modify, overlap_name, 3, style);
+  std::array line{film_name, static_cast<const char*>(group->names[igroup]),
+                   FixMarkerFilm::style_name};
+  modify->add_fix(static_cast<int>(line.size()), const_cast<char**>(line.data()));
 }
 
 void FixCoupleFluid::pre_delete(bool unfixflag) {
@@ -121,6 +127,7 @@ void FixCoupleFluid::pre_delete(bool unfixflag) {
   modify->delete_fix(torque_name);
   modify->delete_fix(kept_name);
   modify->delete_fix(overlap_name);
+  modify->delete_fix(film_name);
 }
 
 int FixCoupleFluid::setmask() {

@@ -75,9 +75,11 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       halo_(grid_, decomposition),
       mobile_halo_(grid_, decomposition),
       scratch_(grid_, {1, decomposition.rows()}, 3) {
-  for (const std::size_t end : {0, 1})
-    if (settings.boundary.y[end] == Wall::free_slip)
-      free_slip_ends_.push_back(end == 0 ? 0.0 : grid.length[1]);
+  const std::array ends{settings.boundary.x, settings.boundary.y, settings.boundary.z};
+  for (std::size_t d = 0; d < ends.size(); ++d)
+    for (const std::size_t end : {0, 1})
+      if (ends[d][end] == Wall::free_slip)
+        free_slip_ends_.push_back({static_cast<int>(d), end == 0 ? 0.0 : grid.length[d]});
 }
 
 template <class Real>

@@ -246,7 +246,11 @@ class ImmersedBoundary {
   double viscosity_;                                                         ///< kinematic
   double deferred_impulse_share_, deferred_angular_share_, pressure_share_;  ///< settings
   Vec3 gravity_;
-  std::vector<double> free_slip_ends_;  ///< their y [L]
+  struct FreeSlipEnd {
+    int direction;
+    double position;  ///< [L]
+  };
+  std::vector<FreeSlipEnd> free_slip_ends_;
   Exchange exchange_;
   int most_loops_;
   bool interior_term_;  ///< in the loads of the mobile spheres

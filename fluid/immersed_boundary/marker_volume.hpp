@@ -18,7 +18,7 @@ namespace bedload {
 
 /// Distances from another sphere's surface [cells] up to which a marker has no volume, and from
 /// which on it has all of it.
-inline constexpr double volume_beside_from = 1.5, volume_beside_to = 2.5;
+inline constexpr double volume_beside_from = 1.0, volume_beside_to = 2.0;
 
 /// What share of its force a marker's neighbourhood returns to it.
 ///

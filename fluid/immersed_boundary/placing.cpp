@@ -336,10 +336,10 @@ void ImmersedBoundary<Real>::weaken_beside_others(const SphereBins& mobile) {
                  });
     };
     // A free-slip end is the plane of symmetry between a sphere and its image.
-    for (const double end : free_slip_ends_)
-      if (const double way = 2.0 * (sphere.position.y() - end);
+    for (const FreeSlipEnd& end : free_slip_ends_)
+      if (const double way = 2.0 * (sphere.position[end.direction] - end.position);
           std::abs(way) < 2.0 * sphere.radius + reach)
-        meet(Vec3(0.0, way, 0.0), sphere.radius);
+        meet(way * Vec3::Unit(end.direction), sphere.radius);
     mobile.near(sphere.position, sphere.radius + largest_mobile_ + reach,
                 [&](int m) { look_at(mobile_[static_cast<std::size_t>(m)].state); });
     if (!fixed_.empty())

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 /// Lubrication force along the line of centres, and its exact step.
 ///
@@ -36,17 +37,21 @@ inline double lubrication_strength(double viscosity, double effective_radius) {
   return 6 * pi * viscosity * effective_radius * effective_radius;
 }
 
-/// S(s) = exp(-a s - b s²), s = ζ/h: how much of the film the grid does not resolve; and G.
+/// S(s) = (1 - s/s_0) exp(-a s - b s²), s = ζ/h: how much of the film the grid does not resolve,
+/// below 0 where it resolves more than there is; and G.
 struct UnresolvedShare {
   double linear, square;
-  double resolved_at_touch;  ///< G
-  double operator()(double cells) const { return std::exp(-cells * (linear + square * cells)); }
+  double resolved_at_touch;                                          ///< G
+  double all_resolved_at = std::numeric_limits<double>::infinity();  ///< s_0
+  double operator()(double cells) const {
+    return (1 - cells / all_resolved_at) * std::exp(-cells * (linear + square * cells));
+  }
 };
 /// A wall lies on the grid and keeps its no-slip condition exactly; where two spheres share cells
 /// the markers of either stand back (fluid/immersed_boundary/README.md, "Surfaces in the same
 /// cells").
 inline constexpr UnresolvedShare unresolved_at_wall{2.4, 0.0, 2.65};
-inline constexpr UnresolvedShare unresolved_of_pair{0.93, 1.75, 1.1};
+inline constexpr UnresolvedShare unresolved_of_pair{0.0, 1.57, 1.74, 0.69};
 
 /// A free-slip wall is the plane of symmetry between a sphere and its image, with R_eff = R/2 at
 /// twice the gap, which opens at 2 g_n:

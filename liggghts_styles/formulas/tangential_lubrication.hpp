@@ -39,9 +39,9 @@
 /// with another sphere's (fluid/immersed_boundary/README.md), in contact, too:
 ///     Λ = A exp(-a ζ/h - b ζ²/h²),   ζ >= 0,
 /// makes the grid as good as without that, whatever film a model has besides. Measured as the
-/// difference of two programs, all markers (commit 3988db8) and these, at gaps of 0.002 to 1.5 h
+/// difference of two programs, all markers (commit 3988db8) and these, at gaps of 0.002 to 1.25 h
 /// and D/h = 8, two spheres that turn the same way or against each other (the same case of the
-/// study has both); within 7 % of the sliding one at 6 and 12.
+/// study has both).
 ///
 /// Symbols: μ dynamic viscosity [Pa s]; ζ surface gap [m]; n unit vector from j to i; a, b radii
 /// [m]; v velocity of i relative to j, ω spins [1/s]. The arms a and b reach to the middle of the
@@ -59,7 +59,7 @@ struct SlideAndRoll {
 
 /// k: of the share that the grid does not resolve.
 inline constexpr SlideAndRoll tangential_unresolved_at_wall{3.1, 2.4};
-inline constexpr SlideAndRoll tangential_unresolved_of_pair{0.55, 3.5};
+inline constexpr SlideAndRoll tangential_unresolved_of_pair{1.27, 4.8};
 
 /// Λ = E1(x), x = k ζ/h > 0, to 2e-7 for x < 1 and 5e-5 of itself above (Abramowitz and Stegun,
 /// Handbook of Mathematical Functions, 5.1.53 and 5.1.54).
@@ -86,10 +86,19 @@ inline SlideAndRoll unresolved_logarithms_of_pair(double cells) {
           0.5 * unresolved_logarithm(k.roll * square)};
 }
 
+/// Widest gap at which markers leave something worth counting (1 % of what they leave at the touch)
+/// [cells].
+inline constexpr double left_by_markers_to = 1.25;
+
 /// Λ that markers leave out which stand back. @param cells ζ/h, may be below 0 in contact
 inline SlideAndRoll logarithms_left_by_markers(double cells) {
   const double s = std::max(cells, 0.0);
-  return {1.75 * std::exp(-s * (1.31 + 0.72 * s)), 0.76 * std::exp(-s * (1.65 + 0.86 * s))};
+  return {1.33 * std::exp(-s * (1.75 + 1.5 * s)), 0.583 * std::exp(-s * (1.85 + 1.55 * s))};
+}
+
+/// Λ that is missing then, where more is given already. @param all Λ  @param given Λ
+inline SlideAndRoll rest_of(const SlideAndRoll& all, const SlideAndRoll& given) {
+  return {std::max(0.0, all.slide - given.slide), std::max(0.0, all.roll - given.roll)};
 }
 
 /// The two dampers [kg/s], and the bodies that they act between.

@@ -61,7 +61,7 @@ class Loads:
 
 
 def _left_by_markers(n: int) -> tuple[float, float]:
-    """Force and torque by spin, as in Loads, of what `fix lubrication` gives back of the sliding and rolling films
+    """Force and torque by spin, as in Loads, of what the coupling gives back of the sliding and rolling films
     between the grain and the four spheres: the fluid's load lacks it, as markers stand back from the cells that two
     spheres share (logarithms_left_by_markers in liggghts_styles/formulas/tangential_lubrication.hpp)."""
     slide, roll = left_by_markers(GAP * n)

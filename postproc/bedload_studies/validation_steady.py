@@ -243,13 +243,19 @@ def _approaching(gap: float) -> float:
     return 4.0 / 3.0 * math.sinh(alpha) * total
 
 
-# S = exp(-a s - b s^2), as in liggghts_styles/formulas/lubrication.hpp.
-UNRESOLVED = {"wall": (2.4, 0.0), "pair": (0.93, 1.75)}
-RESOLVED_AT_TOUCH = {"wall": 2.65, "pair": 1.1}  # there, too
+# S = (1 - s/s_0) exp(-a s - b s^2), as in liggghts_styles/formulas/lubrication.hpp: a, b, s_0.
+UNRESOLVED = {"wall": (2.4, 0.0, math.inf), "pair": (0.0, 1.57, 0.69)}
+RESOLVED_AT_TOUCH = {"wall": 2.65, "pair": 1.74}  # there, too
 AT_TOUCH = "fix lubrication in a collision"
 # Of two spheres the grid resolves the more the shorter the steps, by a few per cent of the film: a quarter of the
 # other cases' step is nearer to that of a turbulent flow.
 OF_PAIRS = 0.25
+
+
+def _unresolved(who: str, cells: float) -> float:
+    """Share of the leading term that the grid does not resolve at a gap in cells."""
+    a, b, all_resolved_at = UNRESOLVED[who]
+    return (1.0 - cells / all_resolved_at) * math.exp(-a * cells - b * cells**2)
 
 
 def _squeezed(runner: Runner, n: int, gap: float) -> float:
@@ -288,7 +294,7 @@ def film(runner: Runner) -> Result:
                     axes=("gap / h", "share of the film's leading term"))  # fmt: skip
     result.remarks.append(
         "The leading term is 1/gap for a wall and 1/(2 gap) for each of two spheres, gap in radii. Fix "
-        "lubrication adds the share exp(-2.4 s) at walls and exp(-0.93 s - 1.75 s^2) between spheres, s = gap/h: "
+        "lubrication adds the share exp(-2.4 s) at walls and (1 - s/0.69) exp(-1.57 s^2) between spheres, s = gap/h: "
         "the bound is on what is left of the exact force then. The images in the periodic box make the forces on "
         "two spheres too high by as much as at 3 h, which is taken off."
     )
@@ -301,8 +307,7 @@ def film(runner: Runner) -> Result:
             exact, found = _brenner(2.0 * gap / n), _squeezed(runner, n, gap)
             leading = 0.5 * n / gap
             shares.append((exact - found) / leading)
-            a, b = UNRESOLVED["wall"]
-            added = leading * math.exp(-a * gap - b * gap**2) if gap <= 2.0 else 0.0
+            added = leading * _unresolved("wall", gap) if gap <= 2.0 else 0.0
             what = f"wall, gap {gap} h, D/h = {n}: resolved ({found:.2f}) and added ({added:.2f}) force"
             result.rows.append(Row(what, found + added, exact, bound, source="Brenner 1961"))
         result.curves.append(Curve(f"missing at a wall, D/h = {n}", gaps, shares, points=True))
@@ -322,8 +327,7 @@ def film(runner: Runner) -> Result:
         for gap in gaps[:-1]:
             exact, found = _approaching(2.0 * gap / n), raw[gap] - images
             leading = 0.25 * n / gap
-            a, b = UNRESOLVED["pair"]
-            added = leading * math.exp(-a * gap - b * gap**2)
+            added = leading * _unresolved("pair", gap)
             shares.append((exact - found) / leading)
             what = f"two spheres {name}, gap {gap} h, D/h = {n}: resolved ({found:.2f}) and added ({added:.2f}) force"
             result.rows.append(Row(what, found + added, exact, 0.05, source="Brenner 1961"))
@@ -342,9 +346,9 @@ def film(runner: Runner) -> Result:
                                (_squeezed(runner, n, 0.0) - rest) * 2.0 / n, RESOLVED_AT_TOUCH["wall"], 0.1,
                                source=AT_TOUCH))  # fmt: skip
     across = np.linspace(0.05, 3.0, 60)
-    for who, (a, b) in UNRESOLVED.items():
+    for who in UNRESOLVED:
         result.curves.append(Curve(f"fix lubrication, {who}", across.tolist(),
-                                   np.exp(-a * across - b * across**2).tolist()))  # fmt: skip
+                                   [_unresolved(who, cells) for cells in across]))  # fmt: skip
     return result
 
 

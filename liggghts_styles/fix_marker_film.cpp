@@ -1,0 +1,140 @@
+#include "liggghts_styles/fix_marker_film.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "liggghts_styles/contact_observers.hpp"
+#include "liggghts_styles/find_fix.hpp"
+#include "liggghts_styles/keywords.hpp"
+#include "liggghts_styles/liggghts.hpp"
+#include "liggghts_styles/model_scale.hpp"
+
+namespace bedload {
+
+namespace {
+constexpr int columns = 6;
+}  // namespace
+
+FixMarkerFilm* find_marker_film(LAMMPS_NS::LAMMPS* lmp) {
+  return static_cast<FixMarkerFilm*>(
+      lmp->modify->find_fix_style_strict(FixMarkerFilm::style_name, 0));
+}
+
+FixMarkerFilm::FixMarkerFilm(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
+    : Fix(lammps, narg, arg) {
+  comm_forward = 1;
+  peratom_flag = 1;
+  size_peratom_cols = columns;
+  peratom_freq = 1;
+  if (find_fix(*modify, "couple/fluid") == nullptr)
+    stop_run(lmp, "fix marker/film belongs to fix couple/fluid, which makes it; leave it out");
+}
+
+FixMarkerFilm::~FixMarkerFilm() = default;
+
+int FixMarkerFilm::setmask() {
+  return LAMMPS_NS::FixConst::PRE_FORCE | LAMMPS_NS::FixConst::POST_FORCE;
+}
+
+void FixMarkerFilm::prepare() {
+  cell_ = FluidValue::find(lmp, "cell_size", "");
+  reach_ = contact::left_by_markers_to * cell_.get();
+  pairs_told_ = true;
+  if (const double smallest = force->registry.min_radius(); smallest > 0)
+    neighbor->register_contact_dist_factor(1 + reach_ / smallest);
+}
+
+void FixMarkerFilm::init() {
+  mobility_ = Mobility(lmp);
+  viscosity_ = FluidValue::find(lmp, "viscosity", "");
+  cell_ = FluidValue::find(lmp, "cell_size", "");
+  free_slip_ = find_free_slip(lmp);
+  if (force->pair != nullptr && !pairs_told_ && !warned_)
+    warn(lmp, "fix couple/fluid",
+         "the pairs' contact model is none that bedload knows (actm, rpm, hertz or hooke), so "
+         "that spheres that slide or roll on each other lack what the fluid's markers leave to "
+         "the contact model to tell");
+  warned_ = !pairs_told_;
+  pairs_told_ = false;  // the next run's have to report again
+}
+
+contact::SlideAndRoll FixMarkerFilm::logarithms(int i, int j, double gap) const {
+  if (gap > reach_ || !both_in_fluid(i, j)) return {0, 0};
+  return contact::logarithms_left_by_markers(gap / cell_.get());
+}
+
+// An image is twice as far away as the plane of the mirror.
+contact::SlideAndRoll FixMarkerFilm::logarithms_of_image(int i, double gap) const {
+  return 2 * gap > contact::left_by_markers_to * cell_.get() || !in_fluid(i)
+             ? contact::SlideAndRoll{0, 0}
+             : contact::logarithms_left_by_markers(2 * gap / cell_.get());
+}
+
+void FixMarkerFilm::add(int i, int j, double gap, const double* normal) {
+  if (mobility_.inverse_mass(*atom, i, j) == 0) return;  // neither can move
+  const contact::SlideAndRoll left = logarithms(i, j, gap);
+  films_.add({i,
+              j,
+              {normal[0], normal[1], normal[2]},
+              {},
+              contact::tangential_film_of_pair(viscosity_.get(), atom->radius[i], atom->radius[j],
+                                               gap, left),
+              false});
+}
+
+/// Spheres beside the planes of symmetry, where no wall of the script need stand.
+void FixMarkerFilm::add_images() {
+  for (std::size_t end = 0; end < free_slip_.size(); ++end) {
+    const auto d = static_cast<int>(end / 2);
+    if (free_slip_[end] == 0 || domain->periodicity[d] != 0) continue;
+    const bool lower = end % 2 == 0;
+    contact::Vector3 normal{};
+    normal[d] = lower ? 1 : -1;
+    for (int i = 0; i < atom->nlocal; ++i) {
+      const double a = atom->radius[i];
+      const double gap =
+          normal[d] * (atom->x[i][d] - (lower ? domain->boxlo : domain->boxhi)[d]) - a;
+      const contact::SlideAndRoll left = logarithms_of_image(i, gap);
+      if (left.slide == 0 || mobility_.held(atom->mask[i])) continue;
+      films_.add({i,
+                  -1,
+                  normal,
+                  {},
+                  contact::tangential_film_of_pair(viscosity_.get(), a, a, 2 * gap, left),
+                  true});
+    }
+  }
+}
+
+void FixMarkerFilm::post_force(int) {
+  add_images();
+  const auto local = static_cast<std::size_t>(atom->nlocal);
+  loads_.assign(columns * local, 0.0);
+  load_rows_.resize(local);
+  for (std::size_t i = 0; i < local; ++i) load_rows_[i] = loads_.data() + columns * i;
+  array_atom = load_rows_.data();
+  films_.sum_rates(*atom, mobility_);
+  if (comm->nprocs > 1 || films_.size() > 0) comm->forward_comm_fix(this);
+  films_.apply(*atom, mobility_, update->dt,
+               [this](int k, const contact::Vector3& f, const contact::Vector3& torque) {
+                 for (int d = 0; d < 3; ++d) {
+                   array_atom[k][d] += f[d];
+                   array_atom[k][3 + d] += torque[d];
+                 }
+               });
+}
+
+// LIGGGHTS asks for the forces of the last step again.
+void FixMarkerFilm::setup(int) { post_force(0); }
+
+int FixMarkerFilm::pack_comm(int count, int* list, double* buffer, int, int*) {
+  for (int n = 0; n < count; ++n) buffer[n] = films_.rate(list[n]);
+  return 1;
+}
+
+void FixMarkerFilm::unpack_comm(int count, int first, double* buffer) {
+  for (int i = 0; i < count; ++i) films_.rate(first + i) = buffer[i];
+}
+
+}  // namespace bedload

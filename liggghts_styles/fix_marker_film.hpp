@@ -1,0 +1,76 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "fix.h"
+#include "liggghts_styles/fluid_values.hpp"
+#include "liggghts_styles/mobility.hpp"
+#include "liggghts_styles/tangential_films.hpp"
+
+namespace bedload {
+
+/// What markers that stand back from the cells that two spheres share leave of the fluid's
+/// resistance to sliding and rolling (fluid/immersed_boundary/README.md, "Surfaces in the same
+/// cells"), between the spheres of the group and at their images behind free-slip ends, with any
+/// contact model, in contact, too. It belongs to the fluid's force and not to a model's film:
+/// fix couple/fluid makes this fix, right behind itself, and no script needs to.
+///
+/// Formula: contact::logarithms_left_by_markers. Per-atom values: f_couple_film[1..3] force,
+/// [4..6] torque, mean over the DEM step.
+class FixMarkerFilm : public LAMMPS_NS::Fix {
+ public:
+  static constexpr const char* style_name = "marker/film";
+
+  FixMarkerFilm(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg);
+  ~FixMarkerFilm() override;
+
+  int setmask() override;
+  void init() override;
+  void setup_pre_force(int) override { films_.clear(); }
+  void pre_force(int) override { films_.clear(); }
+  void setup(int) override;
+  void post_force(int) override;
+  int pack_comm(int count, int* list, double* buffer, int, int*) override;
+  void unpack_comm(int count, int first, double* buffer) override;
+
+  /// Called by the pairs' contact models before a run.
+  void prepare();
+
+  /// Whether markers of both spheres can have stood back from each other.
+  /// @param rsq distance of the centres squared  @param touch that at which they would touch
+  bool reaches(int i, int j, double rsq, double touch) const {
+    const double far = touch + reach_;
+    return rsq <= far * far && both_in_fluid(i, j);
+  }
+
+  /// Two spheres that reaches() holds for, as a contact model meets them.
+  /// @param gap below 0 in overlap [m]  @param normal unit vector towards i
+  void add(int i, int j, double gap, const double* normal);
+
+  /// Λ that it gives to a pair, 0 where it gives nothing.
+  contact::SlideAndRoll logarithms(int i, int j, double gap) const;
+  /// The same for a sphere and its image behind a free-slip end.
+  contact::SlideAndRoll logarithms_of_image(int i, double gap) const;
+
+  bool in_fluid(int i) const { return (atom->mask[i] & groupbit) != 0; }
+  bool both_in_fluid(int i, int j) const { return in_fluid(i) && in_fluid(j); }
+
+ private:
+  void add_images();
+
+  TangentialFilms films_;
+  Mobility mobility_;
+  FluidValue viscosity_, cell_;
+  std::span<const double> free_slip_;  ///< of the ends of the fluid's box
+  double reach_ = 0;                   ///< widest gap [m]
+  bool pairs_told_ = false;
+  bool warned_ = false;
+  std::vector<double> loads_;       ///< of local spheres
+  std::vector<double*> load_rows_;  ///< array_atom
+};
+
+/// The one of the coupling; nullptr without a fluid.
+FixMarkerFilm* find_marker_film(LAMMPS_NS::LAMMPS* lmp);
+
+}  // namespace bedload
