@@ -8,6 +8,7 @@ from pathlib import Path
 
 from .build import ROOT
 from .errors import UserError, unknown
+from .script import Line, walk
 
 INPUTS = ROOT / "inputs"
 DEFAULT = "exposed_sphere"
@@ -105,51 +106,33 @@ class Scene:
         raise UserError(f"{where}: grid.{key} must be three numbers above 0.")
 
     def variables(self, given: Mapping[str, str] | None = None) -> dict[str, str]:
-        """All `variable NAME index VALUE` of the script and of what it includes, with their values.
+        """All `variable NAME index VALUE` of the script and of what it includes or jumps to, with their values.
 
         `given`: what the command line sets.
         """
         found = dict(given or {})
-        declared: dict[str, str] = {}
-        for line in self.script_lines(given):
-            if setting := _index_variable(line):
-                declared[setting[0]] = found.setdefault(*setting)
-        return declared
+        settings = (line.index_variable for line in self._lines(given, jumps=True))
+        return {name: found.setdefault(name, value) for name, value in filter(None, settings)}
 
     def reads(self, name: str, given: Mapping[str, str] | None = None) -> bool:
-        """Whether a line of the script or of what it includes uses the variable, ${name} or v_name, say, and does
-        not only declare it. `given`: what the command line sets."""
-        word = re.compile(rf"(?<![A-Za-z0-9])(v_)?{re.escape(name)}\b")
-        lines = self.script_lines(given, includes=True)
-        return any(word.search(line.partition("#")[0]) for line in lines if not _index_variable(line))
+        """Whether LIGGGHTS may read the variable: a line of the script, or of what it includes or jumps to, has
+        ${name}, v_name or `next name`, or leads to a file that is not known before the run.
 
-    def script_lines(self, given: Mapping[str, str] | None = None, includes: bool = False) -> Iterator[str]:
-        """The script, with the lines of what it includes in the include's place, or behind it.
-
-        `given`: what the command line sets; `includes`: whether the include stays. An include that leads to no
-        file, for its name holds an unknown variable, say, stays as it is. Raises UserError where a script includes
-        itself.
+        `given`: what the command line sets.
         """
-        found = {"inputs": str(INPUTS)} | dict(given or {})
+        return any(line.lost or line.reads(name) for line in self._lines(given, jumps=True))
 
-        def lines(script: Path, above: tuple[Path, ...] = ()) -> Iterator[str]:
-            chain = (*above, script.resolve())
-            if chain[-1] in above:
-                way = " -> ".join(file.name for file in chain[above.index(chain[-1]) :])
-                raise UserError(f"{script} includes itself ({way}).")
-            for line in script.read_text(encoding="utf-8", errors="replace").splitlines():
-                if setting := _index_variable(line):
-                    found.setdefault(*setting)
-                elif include := re.match(r"\s*include\s+(\S+)", line):
-                    name = re.sub(r"\$\{(\w+)\}", lambda m: found.get(m[1], ""), include[1])
-                    if (self.folder / name).is_file():  # an absolute name stands for itself
-                        if includes:
-                            yield line
-                        yield from lines(self.folder / name, chain)
-                        continue
-                yield line
+    def script_lines(self, given: Mapping[str, str] | None = None) -> Iterator[str]:
+        """The script, with the lines of what it includes in the include's place.
 
-        return lines(self.script) if self.moves_grains else iter(())
+        `given`: what the command line sets. An include that leads to no file, for its name holds an unknown
+        variable, say, stays as it is. Raises UserError where a script includes itself.
+        """
+        return (line.text for line in self._lines(given) if not line.replaced)
+
+    def _lines(self, given: Mapping[str, str] | None, jumps: bool = False) -> Iterator[Line]:
+        known = {"inputs": str(INPUTS)} | dict(given or {})
+        return walk(self.script, self.folder, known, jumps) if self.moves_grains else iter(())
 
     def summary(self) -> str:
         """The first sentence of the scene's README, or what it says before a colon; its title left out."""
@@ -160,12 +143,6 @@ class Scene:
         body = [part for part in re.split(r"\n\s*\n", text) if part.strip()[:1] not in ("#", "")]
         sentence = re.match(r".*?[.:](?=\s|$)", " ".join(body[0].split())) if body else None
         return sentence[0].rstrip(".:") + "." if sentence else ""
-
-
-def _index_variable(line: str) -> tuple[str, str] | None:
-    """Name and value of a line `variable NAME index VALUE`."""
-    found = re.match(r"\s*variable\s+(\w+)\s+index\s+(.*?)\s*(#.*)?$", line)
-    return (found[1], found[2].strip('" ')) if found else None
 
 
 def all_scenes() -> dict[str, Scene]:
@@ -210,7 +187,7 @@ def choose_model(scene: Scene, asked: str | None) -> str | None:
 
 
 def read_variables(scene: Scene, model: str | None, settings: Sequence[str]) -> dict[str, str]:
-    """NAME=VALUE of --var, for a script that declares and uses NAME; LIGGGHTS would not miss the others."""
+    """NAME=VALUE of --var, for a script that declares and reads NAME; LIGGGHTS would not miss the others."""
     given = {}
     for text in settings:
         name, equals, value = text.partition("=")

@@ -782,6 +782,81 @@ def test_variables_of_included_scripts_may_be_set():
         scenes.read_variables(scenes.find_scene("channel180"), None, ["density=2"])
 
 
+PART = {"part.liggghts": "run ${a}\n", "other.liggghts": "run 0\n"}
+
+
+@pytest.mark.parametrize(
+    "script",
+    [
+        "run ${a}", "run $a", "fix f all heat v_a", "variable c equal 2*v_a", "next b a", 'if "1 == 1" then "next a"',
+        "variable b index ${a}\nrun ${b}",
+        "variable k index a\nvariable c equal v_${k}",
+        'print "grain # ${a}"',
+        'print "grain # &\n${a}"',
+        "include part.liggghts",
+        'include "part.liggghts"',
+        "variable p string part.liggghts\ninclude ${p}",
+        "variable p index part\nvariable q string ${p}.liggghts\ninclude $q",
+        "jump part.liggghts here",
+        'if "1 == 1" then "include other.liggghts" &\n  else "jump part.liggghts"',
+    ],
+)  # fmt: skip
+def test_what_liggghts_reads_may_be_set(tmp_path, script):
+    scene = scene_in(tmp_path / "s", f"variable a index 1\n{script}\n")
+    for name, text in PART.items():
+        (scene.folder / name).write_text(text)
+    assert scenes.read_variables(scene, None, ["a=3"]) == {"a": "3"}
+
+
+@pytest.mark.parametrize(
+    "script",
+    [
+        "jump ${unknown}", "jump elsewhere.liggghts", "include ${unknown}other.liggghts",
+        "variable p loop 3\ninclude part${p}",
+        'if "1 == 1" then "variable p index part.liggghts"\nvariable p index other.liggghts\ninclude ${p}',
+    ],
+)  # fmt: skip
+def test_nothing_is_refused_where_a_part_is_not_known(tmp_path, script):
+    """Only LIGGGHTS knows then whether that part reads the variable."""
+    scene = scene_in(tmp_path / "s", f"variable range index 1\n{script}\n")
+    (scene.folder / "other.liggghts").write_text("run 0\n")
+    assert scenes.read_variables(scene, None, ["range=3"]) == {"range": "3"}
+    with pytest.raises(UserError, match="nearest is 'range'"):
+        scenes.read_variables(scene, None, ["rnge=3"])
+
+
+@pytest.mark.parametrize(
+    ("name", "script"),
+    [
+        ("gravity", "fix weight all gravity 1.1 vector 0 -1 0"),
+        ("range", "run ${film_range}"), ("range", "fix f all heat v_film_range"), ("film", "run ${film_range}"),
+        ("a", "run 0 # ${a}"), ("a", 'print "#" # ${a}'), ("a", 'print "next a"'), ("a", "variable v_a equal 1"),
+        ("a", "jump SELF here"), ("a", "jump in.liggghts"), ("a", "jump back.liggghts"),
+        ("a", "include other.liggghts"),
+    ],
+)  # fmt: skip
+def test_what_nothing_reads_is_refused(tmp_path, name, script):
+    scene = scene_in(tmp_path / "s", f"variable {name} index 1\n{script}\n")
+    (scene.folder / "other.liggghts").write_text("run 0\n")
+    (scene.folder / "back.liggghts").write_text("jump in.liggghts\n")
+    with pytest.raises(UserError, match=f"no line of s's script reads {name}."):
+        scenes.read_variables(scene, None, [f"{name}=3"])
+
+
+@pytest.mark.parametrize("name", ["setup1", "setup1_small", "setup2", "setup2_small"])
+def test_variables_of_the_scenes_pages_may_be_set(name):
+    """Those of the collision models' table, each with the models that have it."""
+    scene = scenes.find_scene(name)
+    actm, rpm, hw = ["film_range", "collision_time", "enduring"], ["repulsion_range", "repulsion_time"], ["slip_time"]
+    for model, own in {"actm": actm, "actm_hw": actm + hw, "rpm": rpm, "rpm_hw": rpm + hw}.items():
+        given = [f"{word}=0.1" for word in (*own, "friction", "grains", "density", "gravity")]
+        assert len(scenes.read_variables(scene, model, given)) == len(given)
+        for other in {*actm, *rpm, *hw} - {*own}:
+            if (other, scene.variables()["placing"]) != ("repulsion_range", "pocket"):  # where rpm's grains lie
+                with pytest.raises(UserError, match=f"reads {other} with model {model}"):
+                    scenes.read_variables(scene, model, [f"{other}=0.1"])
+
+
 def test_a_checkout_that_may_only_be_read_is_not_built(tmp_path, monkeypatch):
     monkeypatch.setattr(build, "FOLDER", tmp_path)
     monkeypatch.setattr(build, "BIN", tmp_path)
