@@ -51,7 +51,7 @@ struct UnresolvedShare {
 /// the markers of either stand back (fluid/immersed_boundary/README.md, "Surfaces in the same
 /// cells").
 inline constexpr UnresolvedShare unresolved_at_wall{2.4, 0.0, 2.65};
-inline constexpr UnresolvedShare unresolved_of_pair{0.0, 1.57, 1.74, 0.69};
+inline constexpr UnresolvedShare unresolved_of_pair{0.37, 1.02, 1.88, 0.727};
 
 /// A free-slip wall is the plane of symmetry between a sphere and its image, with R_eff = R/2 at
 /// twice the gap, which opens at 2 g_n:

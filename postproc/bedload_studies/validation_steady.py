@@ -244,8 +244,8 @@ def _approaching(gap: float) -> float:
 
 
 # S = (1 - s/s_0) exp(-a s - b s^2), as in liggghts_styles/formulas/lubrication.hpp: a, b, s_0.
-UNRESOLVED = {"wall": (2.4, 0.0, math.inf), "pair": (0.0, 1.57, 0.69)}
-RESOLVED_AT_TOUCH = {"wall": 2.65, "pair": 1.74}  # there, too
+UNRESOLVED = {"wall": (2.4, 0.0, math.inf), "pair": (0.37, 1.02, 0.727)}
+RESOLVED_AT_TOUCH = {"wall": 2.65, "pair": 1.88}  # there, too
 AT_TOUCH = "fix lubrication in a collision"
 # Of two spheres the grid resolves the more the shorter the steps, by a few per cent of the film: a quarter of the
 # other cases' step is nearer to that of a turbulent flow.
@@ -294,7 +294,7 @@ def film(runner: Runner) -> Result:
                     axes=("gap / h", "share of the film's leading term"))  # fmt: skip
     result.remarks.append(
         "The leading term is 1/gap for a wall and 1/(2 gap) for each of two spheres, gap in radii. Fix "
-        "lubrication adds the share exp(-2.4 s) at walls and (1 - s/0.69) exp(-1.57 s^2) between spheres, s = gap/h: "
+        "lubrication adds the share exp(-2.4 s) at walls and (1 - s/0.727) exp(-0.37 s - 1.02 s^2) between spheres, s = gap/h: "
         "the bound is on what is left of the exact force then. The images in the periodic box make the forces on "
         "two spheres too high by as much as at 3 h, which is taken off."
     )

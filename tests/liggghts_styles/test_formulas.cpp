@@ -313,13 +313,14 @@ TEST(Lubrication, ShareThatTheGridDoesNotResolve) {
     EXPECT_NEAR(unresolved_at_wall(cells[n]), wall[n], 0.02) << cells[n];
   for (int n = 0; n < 4; ++n)
     EXPECT_NEAR(unresolved_of_pair(cells[n]), pair[n], 0.025) << cells[n];
-  EXPECT_NEAR(unresolved_of_pair(2), 0, 0.01);
+  EXPECT_NEAR(unresolved_of_pair(2), 0, 0.02);
   EXPECT_EQ(unresolved_at_wall(0), 1);
   EXPECT_EQ(unresolved_of_pair(0), 1);
   // What the grid resolves as the surfaces meet, (1 - S)/s for s -> 0, is what it resolves in
   // touch.
   EXPECT_NEAR(unresolved_at_wall.linear, unresolved_at_wall.resolved_at_touch, 0.3);
-  EXPECT_NEAR(1 / unresolved_of_pair.all_resolved_at, unresolved_of_pair.resolved_at_touch, 0.3);
+  EXPECT_NEAR(unresolved_of_pair.linear + 1 / unresolved_of_pair.all_resolved_at,
+              unresolved_of_pair.resolved_at_touch, 0.3);
 }
 
 // A sphere kicked in fluid at rest, M u' = -F_B, F_B = 6 R² ρf sqrt(πν) (u_0/sqrt(t) + ∫

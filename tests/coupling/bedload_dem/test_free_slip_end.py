@@ -27,7 +27,7 @@ def exponential_integral(x):
 
 
 def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
-    """F = 6 π μ (R/2)² S(2ζ/h) 2v/(2ζ), S(s) = (1 - s/0.69) exp(-1.57 s²) of a pair; the torque of two that turn against
+    """F = 6 π μ (R/2)² S(2ζ/h) 2v/(2ζ), S(s) = (1 - s/0.727) exp(-0.37 s - 1.02 s²) of a pair; the torque of two that turn against
     each other, T = a² 4.8 π μ (R/2) Λ ω/2, a = R + ζ, Λ = E1(4.8 (2ζ/h)²)/2 less what the markers' part has of it, or 0. At a no-slip wall both are four times as large
     and more."""
     text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
@@ -52,7 +52,7 @@ def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
     y, v, spin, force, torque = np.array(rows, dtype=float).T[1:]
     assert len(y) == STEPS * SUBSTEPS + 1
     gap, apart = TOP - RADIUS - y, 2.0 * (TOP - RADIUS - y) / CELL
-    unresolved = (1 - apart / 0.69) * np.exp(-1.57 * apart**2)
+    unresolved = (1 - apart / 0.727) * np.exp(-apart * (0.37 + 1.02 * apart))
     expected = 6.0 * np.pi * VISCOSITY * (0.5 * RADIUS) ** 2 * unresolved * 2.0 * v / (2.0 * gap)
     assert -force[2:] == pytest.approx(expected[2:], rel=0.01)
     logarithm = np.array([0.5 * exponential_integral(4.8 * cells**2) for cells in apart])
