@@ -15,8 +15,9 @@ namespace bedload {
 namespace {
 
 /// Markers further than this, in cells, from a sphere share no cells of its markers' supports (two
-/// supports of 3 cells, less the markers' retraction) and keep all of their volume.
-constexpr double shared_reach = volume_beside_to;
+/// supports of 3 cells, less the markers' retraction).
+constexpr double shared_reach = 2.5;
+static_assert(volume_beside_to <= shared_reach);
 
 constexpr std::array<std::size_t, 3> components{0, 1, 2};
 

@@ -523,16 +523,15 @@ double squeezing_force(int loops, Partner partner) {
   return force / (3.0 * pi * diameter * speed);
 }
 
-TEST(SphereInFlow, TheFilmOfTwoHardlyKnowsTheLoops) {
-  // Exact: 9.2. Markers with all of their volume resolve 6.9 of it with one loop and 10.3 with
-  // four, and more with shorter steps; those that stand back 4.3 and 5.1 (volume_beside), and 10 %
-  // more with the images of this small box. One goes towards a fixed one at twice the speed: 6.6
-  // and 7.5 where the fixed one's markers keep their volume.
+TEST(SphereInFlow, TheFilmOfTwoKnowsLittleOfTheLoops) {
+  // Exact: 9.2. Markers with all of their volume resolve 7.6 of it in this small box with one loop
+  // and half as much again with four, as with shorter steps; those that stand back (volume_beside)
+  // 5.5 and a quarter more. One goes towards a fixed one at twice the speed.
   for (const auto& [partner, force] :
-       {std::pair{Partner::mobile, 4.7}, {Partner::fixed, 5.9}, {Partner::image, 4.7}}) {
+       {std::pair{Partner::mobile, 5.5}, {Partner::fixed, 6.8}, {Partner::image, 5.4}}) {
     const double one = squeezing_force(1, partner), four = squeezing_force(4, partner);
     EXPECT_NEAR(one, force, 0.3) << static_cast<int>(partner);
-    EXPECT_NEAR(four / one, 1.15, 0.05) << static_cast<int>(partner);
+    EXPECT_NEAR(four / one, 1.24, 0.05) << static_cast<int>(partner);
   }
 }
 
