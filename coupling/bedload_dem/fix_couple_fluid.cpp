@@ -117,7 +117,7 @@ void FixCoupleFluid::post_create() {
   kept_ = add_vector_per_atom(*modify, kept_name, 7, style);
   overlap_ = add_vector_per_atom(*modify, overlap_name, 3, style);
   std::array line{film_name, static_cast<const char*>(group->names[igroup]),
-                   FixMarkerFilm::style_name};
+                  FixMarkerFilm::style_name};
   modify->add_fix(static_cast<int>(line.size()), const_cast<char**>(line.data()));
 }
 

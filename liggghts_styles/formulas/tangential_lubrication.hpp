@@ -38,10 +38,10 @@
 /// Between spheres most of that is what markers leave out that stand back from the cells they share
 /// with another sphere's (fluid/immersed_boundary/README.md), in contact, too:
 ///     Λ = A exp(-a ζ/h - b ζ²/h²),   ζ >= 0,
-/// makes the grid as good as without that; with a fluid every pair gets it (FixMarkerFilm). Measured as the
-/// difference of two programs, all markers (commit 3988db8) and these, at gaps of 0.002 to 1.25 h
-/// and D/h = 8, two spheres that turn the same way or against each other (the same case of the
-/// study has both).
+/// makes the grid as good as without that; with a fluid every pair gets it (FixMarkerFilm).
+/// Measured as the difference of two programs, all markers (commit 3988db8) and these, at gaps of
+/// 0.002 to 1.25 h and D/h = 8, two spheres that turn the same way or against each other (the same
+/// case of the study has both).
 ///
 /// Symbols: μ dynamic viscosity [Pa s]; ζ surface gap [m]; n unit vector from j to i; a, b radii
 /// [m]; v velocity of i relative to j, ω spins [1/s]. The arms a and b reach to the middle of the

@@ -294,7 +294,8 @@ def film(runner: Runner) -> Result:
                     axes=("gap / h", "share of the film's leading term"))  # fmt: skip
     result.remarks.append(
         "The leading term is 1/gap for a wall and 1/(2 gap) for each of two spheres, gap in radii. Fix "
-        "lubrication adds the share exp(-2.4 s) at walls and (1 - s/0.727) exp(-0.37 s - 1.02 s^2) between spheres, s = gap/h: "
+        "lubrication adds the share exp(-2.4 s) at walls and (1 - s/0.727) exp(-0.37 s - 1.02 s^2) between spheres, "
+        "s = gap/h: "
         "the bound is on what is left of the exact force then. The images in the periodic box make the forces on "
         "two spheres too high by as much as at 3 h, which is taken off."
     )

@@ -307,12 +307,9 @@ TEST(Lubrication, StepsAddUpToTheIntegralOverTheGaps) {
 // 0.450, 0.082, -0.100 between spheres (D/h = 8, 12), means of which stand here.
 TEST(Lubrication, ShareThatTheGridDoesNotResolve) {
   const double cells[] = {0.1, 0.3, 0.6, 1.0, 2.0};
-  const double wall[] = {0.776, 0.481, 0.246, 0.100, 0.026},
-               pair[] = {0.822, 0.472, 0.094, -0.093};
-  for (int n = 0; n < 5; ++n)
-    EXPECT_NEAR(unresolved_at_wall(cells[n]), wall[n], 0.02) << cells[n];
-  for (int n = 0; n < 4; ++n)
-    EXPECT_NEAR(unresolved_of_pair(cells[n]), pair[n], 0.025) << cells[n];
+  const double wall[] = {0.776, 0.481, 0.246, 0.100, 0.026}, pair[] = {0.822, 0.472, 0.094, -0.093};
+  for (int n = 0; n < 5; ++n) EXPECT_NEAR(unresolved_at_wall(cells[n]), wall[n], 0.02) << cells[n];
+  for (int n = 0; n < 4; ++n) EXPECT_NEAR(unresolved_of_pair(cells[n]), pair[n], 0.025) << cells[n];
   EXPECT_NEAR(unresolved_of_pair(2), 0, 0.02);
   EXPECT_EQ(unresolved_at_wall(0), 1);
   EXPECT_EQ(unresolved_of_pair(0), 1);
@@ -523,12 +520,9 @@ TEST(TangentialLubrication, LogarithmThatTheGridLacks) {
 // Measured: what a grid of eight cells to a diameter resolves with all markers, less without those
 // that stand back. No more than all of the logarithm that the grid lacks then.
 TEST(TangentialLubrication, LogarithmThatMarkersLeave) {
-  constexpr double measured[][3] = {{0.002, 1.326, 0.582},
-                                    {0.1, 1.090, 0.472},
-                                    {0.3, 0.691, 0.294},
-                                    {0.5, 0.385, 0.162},
-                                    {1.0, 0.049, 0.018},
-                                    {1.25, 0.011, 0.004}};
+  constexpr double measured[][3] = {{0.002, 1.326, 0.582}, {0.1, 1.090, 0.472},
+                                    {0.3, 0.691, 0.294},   {0.5, 0.385, 0.162},
+                                    {1.0, 0.049, 0.018},   {1.25, 0.011, 0.004}};
   for (const auto& [cells, slide, roll] : measured) {
     const SlideAndRoll left = logarithms_left_by_markers(cells);
     EXPECT_NEAR(left.slide, slide, 0.021) << cells;

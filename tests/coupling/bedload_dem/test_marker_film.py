@@ -57,10 +57,10 @@ ENDS = {"p": '"periodic"', "f": '["free_slip", "no_slip"]'}
 def torques(folder, spheres, model, wet="fix fluid all couple/fluid", ends="ppp"):
     """Torques about z of sphere 1 in each DEM step, by what markers leave and by the fluid, over its spin."""
     folder.mkdir(exist_ok=True)
-    (folder / "in.liggghts").write_text(SCRIPT.format(
-        boundary=" ".join(ends), spheres=spheres, wet=wet, model=model, numbers="%.15g " * 3), encoding="utf-8")  # fmt: skip
-    (folder / "fluid.toml").write_text(FLUID.format(
-        viscosity=VISCOSITY, **{d: ENDS[end] for d, end in zip("xyz", ends, strict=True)}), encoding="utf-8")  # fmt: skip
+    script = SCRIPT.format(boundary=" ".join(ends), spheres=spheres, wet=wet, model=model, numbers="%.15g " * 3)
+    (folder / "in.liggghts").write_text(script, encoding="utf-8")
+    walls = {d: ENDS[end] for d, end in zip("xyz", ends, strict=True)}
+    (folder / "fluid.toml").write_text(FLUID.format(viscosity=VISCOSITY, **walls), encoding="utf-8")
     fluid = [str(BIN / "bedload-fluid"), "fluid.toml", "--out", "out", "--steps", str(STEPS)]
     dem = [str(BIN / "bedload-dem"), "-in", "in.liggghts", "-var", "out", "out", "-log", "none"]
     result = run(command(fluid, dem, (1, 1)), folder, timeout=120)
