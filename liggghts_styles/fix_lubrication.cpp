@@ -145,6 +145,7 @@ void FixLubrication::init() {
   marker_film_ = find_marker_film(lmp);
   fluid_density_ = FluidValue::find(lmp, "fluid_density", "fluidDensity");
   loads_received_ = FluidValue::find(lmp, "loads_received", "");
+  fluid_step_ = FluidValue::find(lmp, "dt_fluid", "fluidTimeStep");
 }
 
 void FixLubrication::setup_pre_force(int) {
@@ -154,6 +155,7 @@ void FixLubrication::setup_pre_force(int) {
 
 void FixLubrication::pre_force(int) {
   forget();
+  of_pair_ = contact::unresolved_of_pair(diffusion_number());
   if (!knows_loads()) return;
   if (loads_stale_ || loads_known_ != loads_received_.get()) {
     loads_stale_ = false;
@@ -168,6 +170,14 @@ void FixLubrication::pre_force(int) {
   borne_.resize(atom->nlocal + atom->nghost);
   for (int i = 0; i < atom->nlocal; ++i) borne_[i] = applied_->array_atom[i][borne_column];
   send(Sending::borne);
+}
+
+/// ν Δt/h² of the fluid's step, which may change.
+double FixLubrication::diffusion_number() const {
+  const double density = fluid_density_.known() ? fluid_density_.get() : 0;
+  if (!(density > 0) || !fluid_step_.known() || !(cell_size_ > 0))
+    return contact::usual_diffusion_number;
+  return viscosity_.get() / density * fluid_step_.get() / (cell_size_ * cell_size_);
 }
 
 /// Numbers of spheres to their ghosts.
@@ -266,7 +276,7 @@ double FixLubrication::coefficient(const Surfaces& s, double opening) const {
     // The grid has the spheres in the fluid, and of the walls those where its box ends.
     if (s.end != End::none) {
       const bool wall = s.j < 0 && !s.mirrored();
-      const auto& share = wall ? contact::unresolved_at_wall : contact::unresolved_of_pair;
+      const auto& share = wall ? contact::unresolved_at_wall : of_pair_;
       per_gap *= share(std::max(0.0, gap) / cell_size_);
       if (s.colliding) per_gap -= (1 - s.weight) * part * share.resolved_at_touch / cell_size_;
     }

@@ -10,6 +10,7 @@
 #include "liggghts_styles/film_system.hpp"
 #include "liggghts_styles/fix_marker_film.hpp"
 #include "liggghts_styles/fluid_values.hpp"
+#include "liggghts_styles/formulas/lubrication.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
 #include "liggghts_styles/tangential_films.hpp"
@@ -138,6 +139,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   contact::SlideAndRoll missing_logarithms(const Surfaces& s) const;
   bool in_fluid(const Surfaces& s) const;
   void apply_tangential();
+  double diffusion_number() const;
   double opening_speed(const Film& film) const;
   void apply(const std::vector<Film>& films);
   double inverse_mass(int i) const;
@@ -175,7 +177,9 @@ class FixLubrication : public LAMMPS_NS::Fix {
   std::vector<Vector> accelerations_;     // by all but films, of local and ghost spheres [m/s²]
   FixMarkerFilm* marker_film_ = nullptr;  // of fix couple/fluid
   LAMMPS_NS::FixPropertyAtom* fluid_force_ = nullptr;  // of it, too
-  FluidValue fluid_density_, loads_received_;
+  FluidValue fluid_density_, loads_received_, fluid_step_;
+  contact::UnresolvedShare of_pair_ =  // in this step
+      contact::unresolved_of_pair(contact::usual_diffusion_number);
   std::vector<Vector> loads_;  // accelerations of local and ghost spheres by the fluid [m/s²]
   std::vector<double> borne_;  // of local and ghost spheres, borne_column() when loads_ was made
   double loads_known_ = 0;     // loads_received_ when loads_ was made

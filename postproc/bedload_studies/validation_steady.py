@@ -243,7 +243,8 @@ def _approaching(gap: float) -> float:
     return 4.0 / 3.0 * math.sinh(alpha) * total
 
 
-# S = (1 - s/s_0) exp(-a s - b s^2), as in liggghts_styles/formulas/lubrication.hpp: a, b, s_0.
+# S = (1 - s/s_0) exp(-a s - b s^2), as in liggghts_styles/formulas/lubrication.hpp: a, b, s_0; between spheres s_0
+# grows as (nu dt/h^2)^0.28.
 UNRESOLVED = {"wall": (2.4, 0.0, math.inf), "pair": (0.37, 1.02, 0.727)}
 RESOLVED_AT_TOUCH = {"wall": 2.65, "pair": 1.88}  # there, too
 AT_TOUCH = "fix lubrication in a collision"
@@ -252,10 +253,11 @@ AT_TOUCH = "fix lubrication in a collision"
 OF_PAIRS = 0.25
 
 
-def _unresolved(who: str, cells: float) -> float:
-    """Share of the leading term that the grid does not resolve at a gap in cells."""
+def _unresolved(who: str, cells: float, step: float = 1.0) -> float:
+    """Share of the leading term that the grid does not resolve at a gap in cells; between spheres with a time step of
+    so many times OF_PAIRS."""
     a, b, all_resolved_at = UNRESOLVED[who]
-    return (1.0 - cells / all_resolved_at) * math.exp(-a * cells - b * cells**2)
+    return (1.0 - cells / (all_resolved_at * step**0.28)) * math.exp(-a * cells - b * cells**2)
 
 
 def _squeezed(runner: Runner, n: int, gap: float) -> float:
@@ -294,8 +296,8 @@ def film(runner: Runner) -> Result:
                     axes=("gap / h", "share of the film's leading term"))  # fmt: skip
     result.remarks.append(
         "The leading term is 1/gap for a wall and 1/(2 gap) for each of two spheres, gap in radii. Fix "
-        "lubrication adds the share exp(-2.4 s) at walls and (1 - s/0.727) exp(-0.37 s - 1.02 s^2) between spheres, "
-        "s = gap/h: "
+        "lubrication adds the share exp(-2.4 s) at walls and (1 - s/s_0) exp(-0.37 s - 1.02 s^2) between spheres, "
+        "s = gap/h, s_0 = 0.727 (nu dt/h^2/0.05)^0.28: "
         "the bound is on what is left of the exact force then. The images in the periodic box make the forces on "
         "two spheres too high by as much as at 3 h, which is taken off."
     )
@@ -333,12 +335,16 @@ def film(runner: Runner) -> Result:
             what = f"two spheres {name}, gap {gap} h, D/h = {n}: resolved ({found:.2f}) and added ({added:.2f}) force"
             result.rows.append(Row(what, found + added, exact, 0.05, source="Brenner 1961"))
         result.curves.append(Curve(f"missing of two, {name}, D/h = {n}", gaps[:-1], shares, points=True))
-    base = _squeezed_pair(runner, 8, 0.3, (1, 0, 0), "x")
-    for name, step, loops in (("four times the step", 1.0, 1), ("a quarter of the step", OF_PAIRS / 4, 1),
-                              ("four loops", OF_PAIRS, 4)):  # fmt: skip
-        found = _squeezed_pair(runner, 8, 0.3, (1, 0, 0), "x", step, loops)
-        what = f"two spheres along x, gap 0.3 h, D/h = 8: resolved force, that of images with it, {name}"
-        result.rows.append(Row(what, found, base, source="one loop, the step of the other rows"))
+    exact, leading = _approaching(0.075), 20.0 / 3.0
+    for name, step, loops in (("four times the step", 4.0, 1), ("a quarter of the step", 0.25, 1),
+                              ("a sixteenth of the step", 0.0625, 1), ("four loops", 1.0, 4)):  # fmt: skip
+        found, images = (
+            _squeezed_pair(runner, 8, gap, (1, 0, 0), "x", step * OF_PAIRS, loops) for gap in (0.3, 3.0)
+        )  # fmt: skip
+        found -= images - _approaching(0.75)
+        added = leading * _unresolved("pair", 0.3, step)
+        what = f"two spheres along x, gap 0.3 h, D/h = 8, {name}: resolved ({found:.2f}) and added ({added:.2f}) force"
+        result.rows.append(Row(what, found + added, exact, 0.05 if loops == 1 else None, source="Brenner 1961"))
     # In a stretched collision, in which the fluid sees the spheres where they only touch: of the force all is the
     # film's but what hardly changes with the gap, the difference of Brenner's to the leading term at h/10.
     for n in (8, 12):

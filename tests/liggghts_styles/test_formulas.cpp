@@ -308,16 +308,33 @@ TEST(Lubrication, StepsAddUpToTheIntegralOverTheGaps) {
 TEST(Lubrication, ShareThatTheGridDoesNotResolve) {
   const double cells[] = {0.1, 0.3, 0.6, 1.0, 2.0};
   const double wall[] = {0.776, 0.481, 0.246, 0.100, 0.026}, pair[] = {0.822, 0.472, 0.094, -0.093};
+  const UnresolvedShare of_pair = unresolved_of_pair(usual_diffusion_number);
   for (int n = 0; n < 5; ++n) EXPECT_NEAR(unresolved_at_wall(cells[n]), wall[n], 0.02) << cells[n];
-  for (int n = 0; n < 4; ++n) EXPECT_NEAR(unresolved_of_pair(cells[n]), pair[n], 0.025) << cells[n];
-  EXPECT_NEAR(unresolved_of_pair(2), 0, 0.02);
+  for (int n = 0; n < 4; ++n) EXPECT_NEAR(of_pair(cells[n]), pair[n], 0.025) << cells[n];
+  EXPECT_NEAR(of_pair(2), 0, 0.02);
   EXPECT_EQ(unresolved_at_wall(0), 1);
-  EXPECT_EQ(unresolved_of_pair(0), 1);
+  EXPECT_EQ(of_pair(0), 1);
   // What the grid resolves as the surfaces meet, (1 - S)/s for s -> 0, is what it resolves in
   // touch.
   EXPECT_NEAR(unresolved_at_wall.linear, unresolved_at_wall.resolved_at_touch, 0.3);
-  EXPECT_NEAR(unresolved_of_pair.linear + 1 / unresolved_of_pair.all_resolved_at,
-              unresolved_of_pair.resolved_at_touch, 0.3);
+  EXPECT_NEAR(of_pair.linear + 1 / of_pair.all_resolved_at, of_pair.resolved_at_touch, 0.3);
+}
+
+// The same of two spheres over the step of the fluid, ν Δt/h², D/h = 8, at 0.1, 0.3 and 0.6 h, and
+// G.
+TEST(Lubrication, WhatTheGridResolvesOfTwoKnowsTheStep) {
+  constexpr double measured[][5] = {{0.8, 0.879, 0.607, 0.232, 1.28},
+                                    {0.2, 0.894, 0.647, 0.314, 1.11},
+                                    {0.05, 0.835, 0.494, 0.107, 1.74},
+                                    {0.0125, 0.757, 0.302, -0.118, 2.61},
+                                    {0.003125, 0.668, 0.087, -0.343, 3.70}};
+  for (const auto& [step, tenth, third, middle, touch] : measured) {
+    const UnresolvedShare share = unresolved_of_pair(step);
+    EXPECT_NEAR(share(0.1), tenth, 0.03) << step;
+    EXPECT_NEAR(share(0.3), third, 0.065) << step;
+    EXPECT_NEAR(share(0.6), middle, 0.1) << step;
+    EXPECT_NEAR(share.resolved_at_touch, touch, 0.4) << step;
+  }
 }
 
 // A sphere kicked in fluid at rest, M u' = -F_B, F_B = 6 R² ρf sqrt(πν) (u_0/sqrt(t) + ∫

@@ -13,8 +13,8 @@ from bedload_launcher import scenes
 from bedload_post.outputs import Run
 
 TOP, RADIUS, VISCOSITY, CELL = 3.0, 0.5, 0.05, 0.125  # of the pocket's box; dynamic
-GAP, SPEED, SPIN = 0.03, 0.3, 0.8
-STEPS, SUBSTEPS = 2, 15
+GAP, SPEED, SPIN = 0.015, 0.3, 0.8
+STEPS, SUBSTEPS, STEP = 2, 15, 0.002
 COLUMNS = "y vy omegaz f_lubricationForce[2] f_lubricationForce[7]"
 DUMP = (f"dump films all custom 1 ${{out}}/films.txt id {COLUMNS}\n"
         f"dump_modify films sort id format \"%d {'%.15g ' * 5}\"\ncoupled_run")  # fmt: skip
@@ -27,8 +27,8 @@ def exponential_integral(x):
 
 
 def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
-    """F = 6 π μ (R/2)² S(2ζ/h) 2v/(2ζ), S(s) = (1 - s/0.727) exp(-0.37 s - 1.02 s²) of a pair; the torque of two that
-    turn against each other, T = a² 4.8 π μ (R/2) Λ ω/2, a = R + ζ, Λ = E1(4.8 (2ζ/h)²)/2 less what the markers' part
+    """F = 6 π μ (R/2)² S(2ζ/h) 2v/(2ζ), S(s) = (1 - s/s_0) exp(-0.37 s - 1.02 s²) of a pair, s_0 = 0.727 (ν Δt/h²/0.05)^0.28; the
+    torque of two that turn against each other, T = a² 4.8 π μ (R/2) Λ ω/2, a = R + ζ, Λ = E1(4.8 (2ζ/h)²)/2 less what the markers' part
     has of it. At a no-slip wall both are four times as large and more."""
     text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
     for found, given in (
@@ -45,14 +45,15 @@ def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
     script.write_text(text, encoding="utf-8")
     out = tmp_path / "out"
     result = job(out, "--steps", str(STEPS), "--set", f"fluid.kinematic_viscosity={VISCOSITY}",
-                 "--set", "time.step=0.002", script=script)  # fmt: skip
+                 "--set", f"time.step={STEP}", script=script)  # fmt: skip
     assert result.status == 0, result.output
     assert re.search(r"films against sliding and rolling +on +fix lubrication", result.output)
     rows = [row.split() for row in (out / "films.txt").read_text().splitlines() if row.startswith("2 ")]
     y, v, spin, force, torque = np.array(rows, dtype=float).T[1:]
     assert len(y) == STEPS * SUBSTEPS + 1
     gap, apart = TOP - RADIUS - y, 2.0 * (TOP - RADIUS - y) / CELL
-    unresolved = (1 - apart / 0.727) * np.exp(-apart * (0.37 + 1.02 * apart))
+    resolved_at = 0.727 * (VISCOSITY * STEP / CELL**2 / 0.05) ** 0.28
+    unresolved = (1 - apart / resolved_at) * np.exp(-apart * (0.37 + 1.02 * apart))
     expected = 6.0 * np.pi * VISCOSITY * (0.5 * RADIUS) ** 2 * unresolved * 2.0 * v / (2.0 * gap)
     assert -force[2:] == pytest.approx(expected[2:], rel=0.01)
     logarithm = np.array([0.5 * exponential_integral(4.8 * cells**2) for cells in apart])
