@@ -146,6 +146,7 @@ void FixLubrication::init() {
   fluid_density_ = FluidValue::find(lmp, "fluid_density", "fluidDensity");
   loads_received_ = FluidValue::find(lmp, "loads_received", "");
   fluid_step_ = FluidValue::find(lmp, "dt_fluid", "fluidTimeStep");
+  fluid_viscosity_ = FluidValue::find(lmp, "viscosity", "fluidViscosity");  // not the line's own
 }
 
 void FixLubrication::setup_pre_force(int) {
@@ -175,9 +176,9 @@ void FixLubrication::pre_force(int) {
 /// ν Δt/h² of the fluid's step, which may change.
 double FixLubrication::diffusion_number() const {
   const double density = fluid_density_.known() ? fluid_density_.get() : 0;
-  if (!(density > 0) || !fluid_step_.known() || !(cell_size_ > 0))
+  if (!(density > 0 && cell_size_ > 0 && fluid_step_.known() && fluid_viscosity_.known()))
     return contact::usual_diffusion_number;
-  return viscosity_.get() / density * fluid_step_.get() / (cell_size_ * cell_size_);
+  return fluid_viscosity_.get() / density * fluid_step_.get() / (cell_size_ * cell_size_);
 }
 
 /// Numbers of spheres to their ghosts.

@@ -177,7 +177,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   std::vector<Vector> accelerations_;     // by all but films, of local and ghost spheres [m/s²]
   FixMarkerFilm* marker_film_ = nullptr;  // of fix couple/fluid
   LAMMPS_NS::FixPropertyAtom* fluid_force_ = nullptr;  // of it, too
-  FluidValue fluid_density_, loads_received_, fluid_step_;
+  FluidValue fluid_density_, loads_received_, fluid_step_, fluid_viscosity_;
   contact::UnresolvedShare of_pair_ =  // in this step
       contact::unresolved_of_pair(contact::usual_diffusion_number);
   std::vector<Vector> loads_;  // accelerations of local and ghost spheres by the fluid [m/s²]

@@ -12,10 +12,6 @@
 
 namespace bedload {
 
-namespace {
-constexpr int columns = 6;
-}  // namespace
-
 FixMarkerFilm* find_marker_film(LAMMPS_NS::LAMMPS* lmp) {
   return static_cast<FixMarkerFilm*>(
       lmp->modify->find_fix_style_strict(FixMarkerFilm::style_name, 0));
@@ -24,18 +20,13 @@ FixMarkerFilm* find_marker_film(LAMMPS_NS::LAMMPS* lmp) {
 FixMarkerFilm::FixMarkerFilm(LAMMPS_NS::LAMMPS* lammps, int narg, char** arg)
     : Fix(lammps, narg, arg) {
   comm_forward = 1;
-  peratom_flag = 1;
-  size_peratom_cols = columns;
-  peratom_freq = 1;
-  if (find_fix(*modify, "couple/fluid") == nullptr)
+  if (find_fix(*modify, "couple/fluid") == nullptr || find_fix(*modify, style_name) != nullptr)
     stop_run(lmp, "fix marker/film belongs to fix couple/fluid, which makes it; leave it out");
 }
 
 FixMarkerFilm::~FixMarkerFilm() = default;
 
-int FixMarkerFilm::setmask() {
-  return LAMMPS_NS::FixConst::PRE_FORCE | LAMMPS_NS::FixConst::POST_FORCE;
-}
+int FixMarkerFilm::setmask() { return LAMMPS_NS::FixConst::PRE_FORCE; }
 
 void FixMarkerFilm::prepare() {
   cell_ = FluidValue::find(lmp, "cell_size", "");
@@ -107,26 +98,19 @@ void FixMarkerFilm::add_images() {
   }
 }
 
-void FixMarkerFilm::post_force(int) {
+void FixMarkerFilm::act(double** loads) {
   add_images();
-  const auto local = static_cast<std::size_t>(atom->nlocal);
-  loads_.assign(columns * local, 0.0);
-  load_rows_.resize(local);
-  for (std::size_t i = 0; i < local; ++i) load_rows_[i] = loads_.data() + columns * i;
-  array_atom = load_rows_.data();
+  for (int i = 0; i < atom->nlocal; ++i) std::fill_n(loads[i], 6, 0.0);
   films_.sum_rates(*atom, mobility_);
   if (comm->nprocs > 1 || films_.size() > 0) comm->forward_comm_fix(this);
   films_.apply(*atom, mobility_, update->dt,
-               [this](int k, const contact::Vector3& f, const contact::Vector3& torque) {
+               [loads](int k, const contact::Vector3& force, const contact::Vector3& torque) {
                  for (int d = 0; d < 3; ++d) {
-                   array_atom[k][d] += f[d];
-                   array_atom[k][3 + d] += torque[d];
+                   loads[k][d] += force[d];
+                   loads[k][3 + d] += torque[d];
                  }
                });
 }
-
-// LIGGGHTS asks for the forces of the last step again.
-void FixMarkerFilm::setup(int) { post_force(0); }
 
 int FixMarkerFilm::pack_comm(int count, int* list, double* buffer, int, int*) {
   for (int n = 0; n < count; ++n) buffer[n] = films_.rate(list[n]);

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
 #include "fix.h"
 #include "liggghts_styles/fluid_values.hpp"
@@ -14,10 +13,10 @@ namespace bedload {
 /// resistance to sliding and rolling (fluid/immersed_boundary/README.md, "Surfaces in the same
 /// cells"), between the spheres of the group and at their images behind free-slip ends, with any
 /// contact model, in contact, too. It belongs to the fluid's force and not to a model's film:
-/// fix couple/fluid makes this fix, right behind itself, and no script needs to.
+/// fix couple/fluid makes this fix and calls it with its own loads; no script needs to.
 ///
 /// Formula: contact::logarithms_left_by_markers. Per-atom values: f_couple_film[1..3] force,
-/// [4..6] torque, mean over the DEM step.
+/// [4..6] torque, mean over the DEM step, which fix couple/fluid keeps.
 class FixMarkerFilm : public LAMMPS_NS::Fix {
  public:
   static constexpr const char* style_name = "marker/film";
@@ -29,10 +28,12 @@ class FixMarkerFilm : public LAMMPS_NS::Fix {
   void init() override;
   void setup_pre_force(int) override { films_.clear(); }
   void pre_force(int) override { films_.clear(); }
-  void setup(int) override;
-  void post_force(int) override;
   int pack_comm(int count, int* list, double* buffer, int, int*) override;
   void unpack_comm(int count, int first, double* buffer) override;
+
+  /// Adds forces and torques to those of the spheres, and notes them.
+  /// @param loads of the local spheres, six numbers each
+  void act(double** loads);
 
   /// Called by the pairs' contact models before a run.
   void prepare();
@@ -66,8 +67,6 @@ class FixMarkerFilm : public LAMMPS_NS::Fix {
   double reach_ = 0;                   ///< widest gap [m]
   bool pairs_told_ = false;
   bool warned_ = false;
-  std::vector<double> loads_;       ///< of local spheres
-  std::vector<double*> load_rows_;  ///< array_atom
 };
 
 /// The one of the coupling; nullptr without a fluid.

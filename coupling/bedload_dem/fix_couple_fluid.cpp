@@ -48,6 +48,7 @@ constexpr const char* torque_name = "couple_torque";
 constexpr const char* kept_name = "couple_kept";
 constexpr const char* overlap_name = "couple_overlap";
 constexpr const char* film_name = "couple_film";
+constexpr const char* marker_film_name = "couple_marker_film";  // the fix that finds those loads
 
 /// `size` numbers per atom that migrate with it and go into restart files.
 LAMMPS_NS::FixPropertyAtom* add_vector_per_atom(LAMMPS_NS::Modify& modify, const char* name,
@@ -116,7 +117,8 @@ void FixCoupleFluid::post_create() {
   torque_ = add_vector_per_atom(*modify, torque_name, 3, style);
   kept_ = add_vector_per_atom(*modify, kept_name, 7, style);
   overlap_ = add_vector_per_atom(*modify, overlap_name, 3, style);
-  std::array line{film_name, static_cast<const char*>(group->names[igroup]),
+  film_ = add_vector_per_atom(*modify, film_name, 6, style);
+  std::array line{marker_film_name, static_cast<const char*>(group->names[igroup]),
                   FixMarkerFilm::style_name};
   modify->add_fix(static_cast<int>(line.size()), const_cast<char**>(line.data()));
 }
@@ -128,6 +130,7 @@ void FixCoupleFluid::pre_delete(bool unfixflag) {
   modify->delete_fix(kept_name);
   modify->delete_fix(overlap_name);
   modify->delete_fix(film_name);
+  if (find_marker_film(lmp) != nullptr) modify->delete_fix(marker_film_name);
 }
 
 int FixCoupleFluid::setmask() {
@@ -153,6 +156,12 @@ void FixCoupleFluid::init() {
   torque_ = find(torque_name, 3);
   kept_ = find(kept_name, 7);
   overlap_ = find(overlap_name, 3);
+  film_ = find(film_name, 6);
+  marker_film_ = find_marker_film(lmp);
+  if (marker_film_ == nullptr)
+    stop_run(lmp, fmt::format("fix couple/fluid: the fix '{}' is its own and was taken away; leave "
+                              "its unfix out",
+                              marker_film_name));
 }
 
 void FixCoupleFluid::setup(int vflag) {
@@ -194,6 +203,7 @@ void FixCoupleFluid::check_before_run() const {
 
 // f_i += F_i, torque_i += T_i, and the impulse that this gives to the spheres of this rank:
 //   J += sum_i F_i dt
+// What markers leave between spheres comes with it; of two that can move it has no impulse.
 void FixCoupleFluid::post_force(int) {
   double** const held_force = force_->array_atom;
   double** const held_torque = torque_->array_atom;
@@ -206,6 +216,7 @@ void FixCoupleFluid::post_force(int) {
       done_.angular_impulse[d] += held_torque[i][d] * update->dt;
     }
   }
+  marker_film_->act(film_->array_atom);
   ++substeps_;
   take_mean();
 }

@@ -17,6 +17,8 @@ class FixPropertyAtom;
 
 namespace bedload {
 
+class FixMarkerFilm;
+
 /// fix ID group couple/fluid [fixed GROUP]
 ///
 /// The spheres of `group` are in the fluid. Those that are in the group behind `fixed` as well
@@ -117,6 +119,8 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   LAMMPS_NS::FixPropertyAtom* kept_ =
       nullptr;  ///< total force and torque, tag that the fluid was told
   LAMMPS_NS::FixPropertyAtom* overlap_ = nullptr;  ///< as the fluid was told
+  LAMMPS_NS::FixPropertyAtom* film_ = nullptr;     ///< what marker_film_ gave
+  FixMarkerFilm* marker_film_ = nullptr;
   StageLoads stage_;
   MotionHeader done_{};
   int substeps_ = 0;                      ///< of the present stage so far

@@ -55,10 +55,11 @@ inline constexpr UnresolvedShare unresolved_at_wall{2.4, 0.0, 2.65};
 /// would hold the fluid between them: the less slip a step leaves there, the more of a film does
 /// the grid resolve. With λ = ν Δt/h² of the fluid's step, measured from 0.003 to 0.2,
 ///     s_0 = 0.727 (λ/0.05)^0.28,   G = 1.88 (λ/0.05)^-0.28,
-/// and beyond, in implicit steps, as at 0.2.
+/// and beyond, in implicit steps, as at 0.2, below as at 0.003.
 inline UnresolvedShare unresolved_of_pair(double diffusion_number) {
-  constexpr double measured_at = 0.05, longest = 0.2, power = 0.28;
-  const double scale = std::pow(std::min(diffusion_number, longest) / measured_at, power);
+  constexpr double measured_at = 0.05, shortest = 0.003, longest = 0.2, power = 0.28;
+  const double scale =
+      std::pow(std::clamp(diffusion_number, shortest, longest) / measured_at, power);
   return {0.37, 1.02, 1.88 / scale, 0.727 * scale};
 }
 /// λ where it is not known, as without a fluid.

@@ -54,27 +54,42 @@ coupled_run
 ENDS = {"p": '"periodic"', "f": '["free_slip", "no_slip"]'}
 
 
-def torques(folder, spheres, model, wet="fix fluid all couple/fluid", ends="ppp"):
-    """Torques about z of sphere 1 in each DEM step, by what markers leave and by the fluid, over its spin."""
+def coupled(folder, script, ends="ppp"):
+    """A run of both programs over STEPS."""
     folder.mkdir(exist_ok=True)
-    script = SCRIPT.format(boundary=" ".join(ends), spheres=spheres, wet=wet, model=model, numbers="%.15g " * 3)
     (folder / "in.liggghts").write_text(script, encoding="utf-8")
     walls = {d: ENDS[end] for d, end in zip("xyz", ends, strict=True)}
     (folder / "fluid.toml").write_text(FLUID.format(viscosity=VISCOSITY, **walls), encoding="utf-8")
     fluid = [str(BIN / "bedload-fluid"), "fluid.toml", "--out", "out", "--steps", str(STEPS)]
     dem = [str(BIN / "bedload-dem"), "-in", "in.liggghts", "-var", "out", "out", "-log", "none"]
-    result = run(command(fluid, dem, (1, 1)), folder, timeout=120)
+    return run(command(fluid, dem, (1, 1)), folder, timeout=120)
+
+
+def films_of(folder, script, ends="ppp"):
+    """The dump of such a run."""
+    result = coupled(folder, script, ends)
     assert result.status == 0, result.output
-    rows = [row.split() for row in (folder / "out" / "films.txt").read_text().splitlines() if row.startswith("1 ")]
+    return (folder / "out" / "films.txt").read_text()
+
+
+def torques(folder, spheres, model, wet="fix fluid all couple/fluid", ends="ppp"):
+    """Torques about z of sphere 1 in each DEM step, by what markers leave and by the fluid, over its spin."""
+    script = SCRIPT.format(boundary=" ".join(ends), spheres=spheres, wet=wet, model=model, numbers="%.15g " * 3)
+    rows = [row.split() for row in films_of(folder, script, ends).splitlines() if row.startswith("1 ")]
     numbers = np.array(rows, dtype=float)
     assert len(numbers) == STEPS * SUBSTEPS + 1
     return (numbers[1:, 2:] / numbers[1:, 1:2]).T
 
 
+def logarithms(gap):
+    """What markers leave of those of sliding and rolling."""
+    s = max(gap, 0.0) / CELL
+    return 1.33 * np.exp(-s * (1.75 + 1.5 * s)), 0.583 * np.exp(-s * (1.85 + 1.55 * s))
+
+
 def left(gap):
     """T/spin of a sphere that turns over another of its size, -a² (2 π μ (R/2) Λ_s + 1.2 π μ (R/2) Λ_e)."""
-    s = max(gap, 0.0) / CELL
-    slide, roll = 1.33 * np.exp(-s * (1.75 + 1.5 * s)), 0.583 * np.exp(-s * (1.85 + 1.55 * s))
+    slide, roll = logarithms(gap)
     return -((RADIUS + 0.5 * gap) ** 2) * np.pi * VISCOSITY * 0.5 * RADIUS * (2.0 * slide + 1.2 * roll)
 
 
@@ -115,8 +130,7 @@ def test_images_behind_free_slip_ends(tmp_path):
     at ends of any direction, so that the fluid's torque is the same (at an end of x it was 4 % larger where
     they did not)."""
     gap = 0.01
-    s = 2 * gap / CELL
-    roll = 0.583 * np.exp(-s * (1.85 + 1.55 * s))
+    roll = logarithms(2 * gap)[1]
     expected = -((RADIUS + gap) ** 2) * np.pi * VISCOSITY * 0.5 * RADIUS * 2.4 * roll
     by_fluid = []
     for ends in ("fpp", "pfp"):
@@ -130,3 +144,53 @@ def test_images_behind_free_slip_ends(tmp_path):
         assert left_there == pytest.approx(expected, rel=0.02)
         by_fluid.append(fluid[-1])
     assert by_fluid[0] == pytest.approx(by_fluid[1], rel=2e-3)
+
+
+DUMPED = "x y z vx vy vz omegax omegay omegaz mass radius"
+
+
+@pytest.mark.parametrize("gap", [0.02, -1e-4])
+def test_free_spheres_of_two_sizes_keep_momentum(tmp_path, gap):
+    """Two that slide, turn and are of unequal size: no momentum, no angular momentum, energy taken, and the force of
+    the formula, with s = v + n x (a w1 + b w2) and e = (chi v + n x (a w1 - b w2))/2."""
+    a, b = 0.5, 0.45
+    n = np.array([0.6, 0.64, 0.48])  # from sphere 2 to sphere 1
+    places = np.array([2.0 + 0.5 * (a + b + gap) * n, 2.0 - 0.5 * (a + b + gap) * n])
+    lines = [f"create_atoms {k} single {' '.join(f'{x:.17g}' for x in place)} units box"
+             for k, place in zip((1, 2), places, strict=True)]  # fmt: skip
+    lines += ["set atom 1 diameter 1 density 1000 vx 0.01 vy -0.02 vz 0.03 omegax 0.3 omegay -0.5 omegaz 0.2",
+              "set atom 2 diameter 0.9 density 1000 vx -0.01 vy 0.01 vz 0.0 omegax -0.1 omegay 0.4 omegaz 0.6"]  # fmt: skip
+    columns = DUMPED + "".join(f" f_couple_film[{k}]" for k in range(1, 7))
+    script = SCRIPT.format(boundary="p p p", spheres="\n".join(lines), wet="fix fluid all couple/fluid",
+                           model=MODELS["actm"], numbers="%.17g " * 17)  # fmt: skip
+    script = script.replace("id omegaz f_couple_film[6] f_couple_torque[3]", f"id {columns}")
+    script = script.replace("free nve", "all nve").replace("fix          still held freeze\n", "")
+    found = np.array(
+        [row.split() for row in films_of(tmp_path, script).splitlines() if row[:2] in ("1 ", "2 ")], dtype=float
+    ).reshape(-1, 2, 18)[1, :, 1:]  # of the first step
+    x, v, spin, mass = found[:, 0:3], found[:, 3:6], found[:, 6:9], found[:, 9]
+    force, torque = found[:, 11:14], found[:, 14:17]
+    unit = np.linalg.norm(force[0])
+    assert np.allclose(force.sum(0), 0.0, atol=1e-12 * unit)
+    assert np.allclose((np.cross(x, force) + torque).sum(0), 0.0, atol=1e-9 * unit)
+    assert np.sum(force * v) + np.sum(torque * spin) < 0.0 < np.min(mass)
+    arm_1, arm_2, chi = a + 0.5 * gap, b + 0.5 * gap, (a - b) / (a + b + gap)
+    across = (v[0] - v[1]) - n * (n @ (v[0] - v[1]))
+    slide = across + np.cross(n, arm_1 * spin[0] + arm_2 * spin[1])
+    roll = 0.5 * (chi * across + np.cross(n, arm_1 * spin[0] - arm_2 * spin[1]))
+    strength, (share_slide, share_roll) = np.pi * VISCOSITY * a * b / (a + b), logarithms(gap)
+    expected = -2.0 * strength * share_slide * slide - 2.4 * chi * strength * share_roll * roll
+    assert force[0] == pytest.approx(expected, abs=0.01 * unit)
+
+
+def test_loads_can_be_read_before_there_are_any(tmp_path):
+    """As all properties of spheres: zero before the first step, and for spheres that come later."""
+    script = SCRIPT.format(boundary="p p p", spheres=pair(0.0125), wet="fix fluid all couple/fluid",
+                           model=MODELS["actm"], numbers="%.15g " * 3)  # fmt: skip
+    before = "variable film atom f_couple_film[6]\nset atom 2 vx v_film\n"
+    between = ("coupled_run steps 1\ncreate_atoms 2 single 1 1 1 units box\nset atom 3 diameter 1 density 1000\n"
+               "set atom 3 omegaz v_film\n")  # fmt: skip
+    assert "\ncoupled_run" in script
+    dump = films_of(tmp_path, script.replace("\ncoupled_run", "\n" + before + between + "coupled_run"))
+    spins = [float(row.split()[1]) for row in dump.splitlines() if row.startswith("3 ")]
+    assert spins and max(map(abs, spins)) < 1e-6 * SPIN
