@@ -194,3 +194,20 @@ def test_loads_can_be_read_before_there_are_any(tmp_path):
     dump = films_of(tmp_path, script.replace("\ncoupled_run", "\n" + before + between + "coupled_run"))
     spins = [float(row.split()[1]) for row in dump.splitlines() if row.startswith("3 ")]
     assert spins and max(map(abs, spins)) < 1e-6 * SPIN
+
+
+def test_the_whole_film_where_the_grid_has_none(tmp_path):
+    """Between a sphere in the fluid and one that is not: 6 π μ (R/2)² v/ζ; between two in the fluid less than half."""
+    gap, speed = 0.04, 1e-3
+    forces = {}
+    for group in ("free", "all"):
+        script = SCRIPT.format(
+            boundary="p p p", spheres=pair(gap) + f" vy 0.0\nset atom 1 omegaz 0.0 vy {-speed}",
+            wet=f"fix fluid {group} couple/fluid", numbers="%.15g " * 3,
+            model=MODELS["actm"] + "\nfix film all lubrication",
+        ).replace("f_couple_film[6] f_couple_torque[3]", "f_lubricationForce[2] y")  # fmt: skip
+        rows = films_of(tmp_path / group, script).splitlines()
+        forces[group] = float([row for row in rows if row.startswith("1 ")][1].split()[2])
+    exact = 6.0 * np.pi * VISCOSITY * (0.5 * RADIUS) ** 2 * speed / gap
+    assert forces["free"] == pytest.approx(exact, rel=0.01)
+    assert abs(forces["all"]) < 0.5 * exact
