@@ -27,9 +27,9 @@ def exponential_integral(x):
 
 
 def test_films_are_those_of_a_sphere_and_its_image(tmp_path):
-    """F = 6 π μ (R/2)² S(2ζ/h) 2v/(2ζ), S(s) = (1 - s/s_0) exp(-0.37 s - 1.02 s²) of a pair, s_0 = 0.727 (ν Δt/h²/0.05)^0.28; the
-    torque of two that turn against each other, T = a² 4.8 π μ (R/2) Λ ω/2, a = R + ζ, Λ = E1(4.8 (2ζ/h)²)/2 less what the markers' part
-    has of it. At a no-slip wall both are four times as large and more."""
+    """F = 6 π μ (R/2)² S(2ζ/h) 2v/(2ζ), S(s) = (1 - s/s_0) exp(-0.37 s - 1.02 s²) of a pair, s_0 = 0.727 (ν
+    Δt/h²/0.05)^0.28; the torque of two that turn against each other, T = a² 4.8 π μ (R/2) Λ ω/2, a = R + ζ, Λ = E1(4.8
+    (2ζ/h)²)/2 less what the markers' part has of it. At a no-slip wall both are four times as large and more."""
     text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
     for found, given in (
         (FLOOR, FLOOR.replace("yplane 0.0", f"yplane {TOP}")),

@@ -159,7 +159,7 @@ def test_free_spheres_of_two_sizes_keep_momentum(tmp_path, gap):
     lines = [f"create_atoms {k} single {' '.join(f'{x:.17g}' for x in place)} units box"
              for k, place in zip((1, 2), places, strict=True)]  # fmt: skip
     lines += ["set atom 1 diameter 1 density 1000 vx 0.01 vy -0.02 vz 0.03 omegax 0.3 omegay -0.5 omegaz 0.2",
-              "set atom 2 diameter 0.9 density 1000 vx -0.01 vy 0.01 vz 0.0 omegax -0.1 omegay 0.4 omegaz 0.6"]  # fmt: skip
+              "set atom 2 diameter 0.9 density 1000 vx -0.01 vy 0.01 omegax -0.1 omegay 0.4 omegaz 0.6"]  # fmt: skip
     columns = DUMPED + "".join(f" f_couple_film[{k}]" for k in range(1, 7))
     script = SCRIPT.format(boundary="p p p", spheres="\n".join(lines), wet="fix fluid all couple/fluid",
                            model=MODELS["actm"], numbers="%.17g " * 17)  # fmt: skip
