@@ -41,30 +41,32 @@ void FixMarkerFilm::init() {
   viscosity_ = FluidValue::find(lmp, "viscosity", "");
   cell_ = FluidValue::find(lmp, "cell_size", "");
   free_slip_ = find_free_slip(lmp);
-  if (force->pair != nullptr && !pairs_told_ && !warned_)
+  if (force->pair != nullptr && !pairs_told_)
     warn(lmp, "fix couple/fluid",
          "the pairs' contact model is none that bedload knows (actm, rpm, hertz or hooke), so "
          "that spheres that slide or roll on each other lack what the fluid's markers leave to "
          "the contact model to tell");
-  warned_ = !pairs_told_;
   pairs_told_ = false;  // the next run's have to report again
 }
 
+contact::SlideAndRoll FixMarkerFilm::logarithms(double gap) const {
+  const double cells = gap / cell_.get();
+  if (cells > contact::left_by_markers_to) return {0, 0};
+  return contact::logarithms_left_by_markers(cells);
+}
+
 contact::SlideAndRoll FixMarkerFilm::logarithms(int i, int j, double gap) const {
-  if (gap > reach_ || !both_in_fluid(i, j)) return {0, 0};
-  return contact::logarithms_left_by_markers(gap / cell_.get());
+  return both_in_fluid(i, j) ? logarithms(gap) : contact::SlideAndRoll{0, 0};
 }
 
 // An image is twice as far away as the plane of the mirror.
 contact::SlideAndRoll FixMarkerFilm::logarithms_of_image(int i, double gap) const {
-  return 2 * gap > contact::left_by_markers_to * cell_.get() || !in_fluid(i)
-             ? contact::SlideAndRoll{0, 0}
-             : contact::logarithms_left_by_markers(2 * gap / cell_.get());
+  return in_fluid(i) ? logarithms(2 * gap) : contact::SlideAndRoll{0, 0};
 }
 
 void FixMarkerFilm::add(int i, int j, double gap, const double* normal) {
   if (mobility_.inverse_mass(*atom, i, j) == 0) return;  // neither can move
-  const contact::SlideAndRoll left = logarithms(i, j, gap);
+  const contact::SlideAndRoll left = logarithms(gap);
   films_.add({i,
               j,
               {normal[0], normal[1], normal[2]},

@@ -58,6 +58,7 @@ class FixMarkerFilm : public LAMMPS_NS::Fix {
   bool both_in_fluid(int i, int j) const { return in_fluid(i) && in_fluid(j); }
 
  private:
+  contact::SlideAndRoll logarithms(double gap) const;
   void add_images();
 
   TangentialFilms films_;
@@ -66,7 +67,6 @@ class FixMarkerFilm : public LAMMPS_NS::Fix {
   std::span<const double> free_slip_;  ///< of the ends of the fluid's box
   double reach_ = 0;                   ///< widest gap [m]
   bool pairs_told_ = false;
-  bool warned_ = false;
 };
 
 /// The one of the coupling; nullptr without a fluid.

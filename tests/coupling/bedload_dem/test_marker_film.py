@@ -211,3 +211,16 @@ def test_the_whole_film_where_the_grid_has_none(tmp_path):
     exact = 6.0 * np.pi * VISCOSITY * (0.5 * RADIUS) ** 2 * speed / gap
     assert forces["free"] == pytest.approx(exact, rel=0.01)
     assert abs(forces["all"]) < 0.5 * exact
+
+
+@pytest.mark.parametrize("tangential, told", [("no_history", True), ("off", False)])
+def test_a_contact_model_that_tells_nothing(tmp_path, tangential, told):
+    """LIGGGHTS' own combinations that bedload does not register cannot say which spheres are close: a warning."""
+    model = f"pair_style gran model hertz tangential {tangential}\npair_coeff * *"
+    if tangential != "off":
+        model = "fix m5 all property/global coefficientFriction peratomtypepair 2 0.1 0.1 0.1 0.1\n" + model
+    script = SCRIPT.format(boundary="p p p", spheres=pair(0.0125), wet="fix fluid all couple/fluid", model=model,
+                           numbers="%.15g " * 3)  # fmt: skip
+    result = coupled(tmp_path, script)
+    assert result.status == 0, result.output
+    assert ("contact model is none that bedload knows" in result.output) == told
