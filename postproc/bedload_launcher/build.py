@@ -1,4 +1,4 @@
-"""Configures and builds with the release preset: quietly, with one progress line and a log."""
+"""Configures and builds a preset of CMakePresets.json: quietly, with one progress line and a log."""
 
 import fcntl
 import os
@@ -15,6 +15,7 @@ from .machine import compile_jobs
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "build" / "release"
+SANITIZERS = ROOT / "build" / "sanitizers"  # of the preset sanitizers
 BIN = FOLDER / "bin"
 
 
@@ -39,21 +40,23 @@ class ProgressLine:
             self._stream.flush()
 
 
-def _must_configure(ninja_file: Path) -> bool:
+def _must_configure(folder: Path) -> bool:
     """Whether the build folder is missing, older than the presets, or from another place."""
+    ninja_file = folder / "build.ninja"
     presets = ROOT / "CMakePresets.json"
     if not ninja_file.exists() or ninja_file.stat().st_mtime < presets.stat().st_mtime:
         return True
-    cache = (FOLDER / "CMakeCache.txt").read_text(encoding="utf-8", errors="replace")
+    cache = (folder / "CMakeCache.txt").read_text(encoding="utf-8", errors="replace")
     return f"CMAKE_HOME_DIRECTORY:INTERNAL={ROOT}\n" not in cache
 
 
-def _configure(log: Path, *options: str) -> None:
+def _configure(folder: Path, *options: str) -> None:
     """Configures from scratch: what an earlier attempt found, or missed, may have changed."""
+    log = folder / "configure.log"
     print("bedload: configuring", file=sys.stderr, flush=True)
     with log.open("w", encoding="utf-8") as out:
         code = subprocess.run(
-            ["cmake", "--preset", "release", "--fresh", "-S", str(ROOT), *options],
+            ["cmake", "--preset", folder.name, "--fresh", "-S", str(ROOT), *options],
             cwd=ROOT, stdout=out, stderr=subprocess.STDOUT, check=False,
         ).returncode  # fmt: skip
     if code != 0:
@@ -62,11 +65,11 @@ def _configure(log: Path, *options: str) -> None:
         raise UserError(f"configuring failed; the whole log is {log}.")
 
 
-def _ninja(targets: Sequence[str], log: Path) -> list[str]:
+def _ninja(folder: Path, targets: Sequence[str], log: Path) -> list[str]:
     """Builds `targets` with a progress line; returns what went wrong, nothing when all is well."""
-    progress = ProgressLine("building")
+    progress = ProgressLine("building" if folder == FOLDER else f"building {folder.name}")
     failed: list[str] = []
-    command = ["ninja", "-C", str(FOLDER), "-j", str(compile_jobs()), *targets]
+    command = ["ninja", "-C", str(folder), "-j", str(compile_jobs()), *targets]
     environment = dict(os.environ, NINJA_STATUS="[%f/%t] ")
     with log.open("w", encoding="utf-8") as out, subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
@@ -84,10 +87,10 @@ def _ninja(targets: Sequence[str], log: Path) -> list[str]:
 
 
 @contextmanager
-def one_at_a_time() -> Iterator[None]:
-    """Waits until no other command builds here: two at once would write the same files."""
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    with (FOLDER / "build.lock").open("w", encoding="utf-8") as lock:
+def one_at_a_time(folder: Path) -> Iterator[None]:
+    """Waits until no other command builds in `folder`: two at once would write the same files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "build.lock").open("w", encoding="utf-8") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -98,30 +101,31 @@ def one_at_a_time() -> Iterator[None]:
         yield
 
 
-def build(targets: Sequence[str] = ("all",), portable: bool = False) -> None:
+def build(targets: Sequence[str] = ("all",), portable: bool = False, folder: Path | None = None) -> None:
     """Configures if needed and builds `targets`; does and prints nothing when all is up to date.
 
     portable: for other processors than this one, from now on.
+    folder: FOLDER unless SANITIZERS is given; its name is the preset's.
 
     Raises UserError, after printing the compiler's words, when it does not succeed. A checkout that may only be read
     (an image, another user's) serves as it is where `targets` are there.
     """
-    if not os.access(FOLDER, os.W_OK) and all((BIN / target).is_file() for target in targets):
+    folder = folder or FOLDER
+    if not os.access(folder, os.W_OK) and all((folder / "bin" / target).is_file() for target in targets):
         return
-    with one_at_a_time():
-        _build(targets, portable)
+    with one_at_a_time(folder):
+        _build(folder, targets, portable)
 
 
-def _build(targets: Sequence[str], portable: bool) -> None:
-    ninja_file = FOLDER / "build.ninja"
-    if portable or _must_configure(ninja_file):
-        _configure(FOLDER / "configure.log", *(["-DBEDLOAD_NATIVE=OFF"] if portable else []))
-    log = FOLDER / "build.log"
-    failed = _ninja(targets, log)
+def _build(folder: Path, targets: Sequence[str], portable: bool) -> None:
+    if portable or _must_configure(folder):
+        _configure(folder, *(["-DBEDLOAD_NATIVE=OFF"] if portable else []))
+    log = folder / "build.log"
+    failed = _ninja(folder, targets, log)
     if failed and failed[0].startswith("FAILED: build.ninja"):
         # Ninja could not bring the configuration up to date with what an old cache remembers.
-        _configure(FOLDER / "configure.log")
-        failed = _ninja(targets, log)
+        _configure(folder)
+        failed = _ninja(folder, targets, log)
     if failed:
         sys.stderr.writelines(failed[:60])
         raise UserError(f"the build failed; the whole log is {log}.")

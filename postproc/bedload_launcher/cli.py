@@ -11,7 +11,7 @@ from . import bench as measure
 from . import bed_options, bench_bed, bench_effects, bench_table, job, presets, runs
 from . import cost as predict
 from . import lint as checks
-from .build import FOLDER, ROOT, build
+from .build import FOLDER, ROOT, SANITIZERS, build
 from .errors import UserError, no_option, refused, unknown
 from .machine import available_memory, processors
 from .numbers import finite, whole
@@ -65,6 +65,8 @@ def lint(options: argparse.Namespace) -> int:
 
 def test(options: argparse.Namespace) -> int:
     build()
+    if options.only is None:  # else the test builds it itself, without a progress line
+        build(["tested_with_sanitizers"], folder=SANITIZERS)
     line = ["ctest", "--test-dir", str(FOLDER), "--output-on-failure", "-j", str(processors())]
     return job.run(line + (["-R", options.only] if options.only else []), ROOT)
 

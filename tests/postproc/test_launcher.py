@@ -859,10 +859,10 @@ def test_variables_of_the_scenes_pages_may_be_set(name):
 
 def test_a_checkout_that_may_only_be_read_is_not_built(tmp_path, monkeypatch):
     monkeypatch.setattr(build, "FOLDER", tmp_path)
-    monkeypatch.setattr(build, "BIN", tmp_path)
     monkeypatch.setattr(build, "_build", lambda *_: pytest.fail("builds"))
     monkeypatch.setattr(os, "access", lambda path, _: path != tmp_path)
-    (tmp_path / "bedload-fluid").touch()
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "bedload-fluid").touch()
     build.build(["bedload-fluid"])
     with pytest.raises(pytest.fail.Exception, match="builds"):
         build.build(["bedload-fluid", "bedload-dem"])
@@ -873,11 +873,11 @@ def test_only_one_command_builds_at_a_time(tmp_path, monkeypatch, capsys):
     entered = threading.Event()
 
     def second():
-        with build.one_at_a_time():
+        with build.one_at_a_time(build.FOLDER):
             entered.set()
 
     other = threading.Thread(target=second)
-    with build.one_at_a_time():
+    with build.one_at_a_time(build.FOLDER):
         other.start()
         assert not entered.wait(0.2)
     assert entered.wait(10)
