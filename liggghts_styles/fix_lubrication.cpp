@@ -145,8 +145,7 @@ void FixLubrication::init() {
   marker_film_ = find_marker_film(lmp);
   fluid_density_ = FluidValue::find(lmp, "fluid_density", "fluidDensity");
   loads_received_ = FluidValue::find(lmp, "loads_received", "");
-  fluid_step_ = FluidValue::find(lmp, "dt_fluid", "fluidTimeStep");
-  fluid_viscosity_ = FluidValue::find(lmp, "viscosity", "fluidViscosity");  // not the line's own
+  diffusion_ = FluidDiffusion::find(lmp);
 }
 
 void FixLubrication::setup_pre_force(int) {
@@ -156,7 +155,7 @@ void FixLubrication::setup_pre_force(int) {
 
 void FixLubrication::pre_force(int) {
   forget();
-  of_pair_ = contact::unresolved_of_pair(diffusion_number());
+  of_pair_ = contact::unresolved_of_pair(diffusion_.number());
   if (!knows_loads()) return;
   if (loads_stale_ || loads_known_ != loads_received_.get()) {
     loads_stale_ = false;
@@ -171,14 +170,6 @@ void FixLubrication::pre_force(int) {
   borne_.resize(atom->nlocal + atom->nghost);
   for (int i = 0; i < atom->nlocal; ++i) borne_[i] = applied_->array_atom[i][borne_column];
   send(Sending::borne);
-}
-
-/// ν Δt/h² of the fluid's step, which may change.
-double FixLubrication::diffusion_number() const {
-  const double density = fluid_density_.known() ? fluid_density_.get() : 0;
-  if (!(density > 0 && cell_size_ > 0 && fluid_step_.known() && fluid_viscosity_.known()))
-    return contact::usual_diffusion_number;
-  return fluid_viscosity_.get() / density * fluid_step_.get() / (cell_size_ * cell_size_);
 }
 
 /// Numbers of spheres to their ghosts.
@@ -328,11 +319,12 @@ contact::SlideAndRoll FixLubrication::missing_logarithms(const Surfaces& s) cons
   const double h = fluid_cell_.get(), smallest = smallest_gap_ * s.smaller_radius;
   const bool wall = s.j < 0 && !s.mirrored();
   if (wall) return contact::unresolved_logarithms_at_wall(std::max(s.gap, smallest) / h);
-  const double apart = s.mirrored() ? 2 * s.gap : s.gap;
-  const auto all = contact::unresolved_logarithms_of_pair(std::max(apart, smallest) / h);
-  if (marker_film_ == nullptr) return all;
-  return contact::rest_of(all, s.mirrored() ? marker_film_->logarithms_of_image(s.i, s.gap)
-                                            : marker_film_->logarithms(s.i, s.j, s.gap));
+  const double apart = s.mirrored() ? 2 * s.gap : s.gap, cells = std::max(apart, smallest) / h;
+  const auto all = contact::unresolved_logarithms_of_pair(cells);
+  if (marker_film_ == nullptr || !in_fluid(s)) return all;
+  return contact::rest_of(
+      contact::rest_of(all, contact::logarithms_of_short_steps(cells, diffusion_.number())),
+      marker_film_->logarithms(apart));
 }
 
 void FixLubrication::add_tangential(const Surfaces& s) {

@@ -139,7 +139,6 @@ class FixLubrication : public LAMMPS_NS::Fix {
   contact::SlideAndRoll missing_logarithms(const Surfaces& s) const;
   bool in_fluid(const Surfaces& s) const;
   void apply_tangential();
-  double diffusion_number() const;
   double opening_speed(const Film& film) const;
   void apply(const std::vector<Film>& films);
   double inverse_mass(int i) const;
@@ -177,7 +176,8 @@ class FixLubrication : public LAMMPS_NS::Fix {
   std::vector<Vector> accelerations_;     // by all but films, of local and ghost spheres [m/s²]
   FixMarkerFilm* marker_film_ = nullptr;  // of fix couple/fluid
   LAMMPS_NS::FixPropertyAtom* fluid_force_ = nullptr;  // of it, too
-  FluidValue fluid_density_, loads_received_, fluid_step_, fluid_viscosity_;
+  FluidValue fluid_density_, loads_received_;
+  FluidDiffusion diffusion_;
   contact::UnresolvedShare of_pair_ =  // in this step
       contact::unresolved_of_pair(contact::usual_diffusion_number);
   std::vector<Vector> loads_;  // accelerations of local and ghost spheres by the fluid [m/s²]

@@ -12,6 +12,10 @@
 
 namespace bedload {
 
+namespace {
+constexpr contact::SlideAndRoll none{0, 0};
+}
+
 FixMarkerFilm* find_marker_film(LAMMPS_NS::LAMMPS* lmp) {
   return static_cast<FixMarkerFilm*>(
       lmp->modify->find_fix_style_strict(FixMarkerFilm::style_name, 0));
@@ -40,6 +44,7 @@ void FixMarkerFilm::init() {
   mobility_ = Mobility(lmp);
   viscosity_ = FluidValue::find(lmp, "viscosity", "");
   cell_ = FluidValue::find(lmp, "cell_size", "");
+  diffusion_ = FluidDiffusion::find(lmp);
   free_slip_ = find_free_slip(lmp);
   if (force->pair != nullptr && !pairs_told_)
     warn(lmp, "fix couple/fluid",
@@ -51,17 +56,8 @@ void FixMarkerFilm::init() {
 
 contact::SlideAndRoll FixMarkerFilm::logarithms(double gap) const {
   const double cells = gap / cell_.get();
-  if (cells > contact::left_by_markers_to) return {0, 0};
-  return contact::logarithms_left_by_markers(cells);
-}
-
-contact::SlideAndRoll FixMarkerFilm::logarithms(int i, int j, double gap) const {
-  return both_in_fluid(i, j) ? logarithms(gap) : contact::SlideAndRoll{0, 0};
-}
-
-// An image is twice as far away as the plane of the mirror.
-contact::SlideAndRoll FixMarkerFilm::logarithms_of_image(int i, double gap) const {
-  return in_fluid(i) ? logarithms(2 * gap) : contact::SlideAndRoll{0, 0};
+  if (cells > contact::left_by_markers_to) return none;
+  return contact::logarithms_left_by_markers(cells, diffusion_.number());
 }
 
 void FixMarkerFilm::add(int i, int j, double gap, const double* normal) {
@@ -88,8 +84,9 @@ void FixMarkerFilm::add_images() {
       const double a = atom->radius[i];
       const double gap =
           normal[d] * (atom->x[i][d] - (lower ? domain->boxlo : domain->boxhi)[d]) - a;
-      const contact::SlideAndRoll left = logarithms_of_image(i, gap);
-      if (left.slide == 0 || mobility_.held(atom->mask[i])) continue;
+      // An image is twice as far away as the plane of the mirror.
+      const contact::SlideAndRoll left = in_fluid(i) ? logarithms(2 * gap) : none;
+      if (left.slide + left.roll == 0 || mobility_.held(atom->mask[i])) continue;
       films_.add({i,
                   -1,
                   normal,

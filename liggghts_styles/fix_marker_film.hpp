@@ -49,21 +49,20 @@ class FixMarkerFilm : public LAMMPS_NS::Fix {
   /// @param gap below 0 in overlap [m]  @param normal unit vector towards i
   void add(int i, int j, double gap, const double* normal);
 
-  /// Λ that it gives to a pair, 0 where it gives nothing.
-  contact::SlideAndRoll logarithms(int i, int j, double gap) const;
-  /// The same for a sphere and its image behind a free-slip end.
-  contact::SlideAndRoll logarithms_of_image(int i, double gap) const;
+  /// Λ that it gives to two spheres in the fluid, or to one and its image, with `gap` [m] between
+  /// them.
+  contact::SlideAndRoll logarithms(double gap) const;
 
   bool in_fluid(int i) const { return (atom->mask[i] & groupbit) != 0; }
   bool both_in_fluid(int i, int j) const { return in_fluid(i) && in_fluid(j); }
 
  private:
-  contact::SlideAndRoll logarithms(double gap) const;
   void add_images();
 
   TangentialFilms films_;
   Mobility mobility_;
   FluidValue viscosity_, cell_;
+  FluidDiffusion diffusion_;
   std::span<const double> free_slip_;  ///< of the ends of the fluid's box
   double reach_ = 0;                   ///< widest gap [m]
   bool pairs_told_ = false;

@@ -6,6 +6,7 @@
 
 #include "fix_property_global.h"
 #include "lammps.h"
+#include "liggghts_styles/formulas/diffusion_number.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "modify.h"
 
@@ -47,6 +48,24 @@ FluidValue FluidValue::find(LAMMPS_NS::LAMMPS* lmp, std::string_view key,
   auto* fix = static_cast<LAMMPS_NS::FixPropertyGlobal*>(lmp->modify->find_fix_property(
       name.c_str(), "property/global", "scalar", 0, 0, "bedload", false));
   return fix == nullptr ? v : constant(checked(lmp, name, fix->compute_scalar()));
+}
+
+FluidDiffusion FluidDiffusion::find(LAMMPS_NS::LAMMPS* lmp) {
+  FluidDiffusion of_fluid;
+  of_fluid.viscosity_ = FluidValue::find(lmp, "viscosity", "fluidViscosity");
+  of_fluid.density_ = FluidValue::find(lmp, "fluid_density", "fluidDensity");
+  of_fluid.step_ = FluidValue::find(lmp, "dt_fluid", "fluidTimeStep");
+  of_fluid.cell_ = FluidValue::find(lmp, "cell_size", "fluidCellSize");
+  of_fluid.loops_ = FluidValue::find(lmp, "forcing_loops", "");
+  return of_fluid;
+}
+
+double FluidDiffusion::number() const {
+  const bool known = viscosity_.known() && density_.known() && step_.known() && cell_.known();
+  if (!known || !(density_.get() > 0)) return contact::usual_diffusion_number;
+  const double h = cell_.get(), loops = loops_.known() ? loops_.get() : 1;
+  return contact::diffusion_number_of_loop(
+      viscosity_.get() / density_.get() * step_.get() / (h * h), loops);
 }
 
 FluidValue require_fluid_time_step(LAMMPS_NS::LAMMPS* lmp, std::string_view style) {

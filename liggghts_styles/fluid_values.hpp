@@ -33,6 +33,17 @@ class FluidValue {
   bool given_ = false;
 };
 
+/// λ of the fluid's step and loops (formulas/diffusion_number.hpp), which may change; the usual one
+/// where step, viscosity, density or cell are not known.
+class FluidDiffusion {
+ public:
+  static FluidDiffusion find(LAMMPS_NS::LAMMPS* lmp);
+  double number() const;
+
+ private:
+  FluidValue viscosity_, density_, step_, cell_, loops_;
+};
+
 /// Length of a fluid time step [s]; ends the run with one sentence if nothing gives it. (What the
 /// coupling gives may change from step to step.)
 FluidValue require_fluid_time_step(LAMMPS_NS::LAMMPS* lmp, std::string_view style);

@@ -14,8 +14,9 @@ namespace bedload {
 /// What a plug-in and the program that loads it have to agree in: both were compiled with these
 /// sizes, else they see each other's objects wrongly.
 struct PluginFacts {
-  int format = 1;
+  int format = 2;
   std::size_t lubrication = sizeof(FixLubrication);
+  std::size_t marker_film = sizeof(FixMarkerFilm);
   std::size_t collision_table = sizeof(FixCollisionTable);
   std::size_t touching = sizeof(LIGGGHTS::ContactModels::SurfacesIntersectData);
   std::size_t liggghts = sizeof(LAMMPS_NS::LAMMPS);

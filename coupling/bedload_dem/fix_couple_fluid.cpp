@@ -109,6 +109,7 @@ FixCoupleFluid::FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp_, int narg, char** arg)
   viscosity_ = fluid.density * fluid.kinematic_viscosity;
   fluid_density_ = fluid.density;
   cell_size_ = fluid.cell_size;
+  forcing_loops_ = static_cast<double>(fluid.forcing_loops);
   std::copy(fluid.free_slip.begin(), fluid.free_slip.end(), free_slip_.begin());
 }
 
@@ -178,6 +179,7 @@ void* FixCoupleFluid::extract(const char* name, int& dim) {
   if (wanted == "viscosity") return &viscosity_;
   if (wanted == "fluid_density") return &fluid_density_;
   if (wanted == "cell_size") return &cell_size_;
+  if (wanted == "forcing_loops") return &forcing_loops_;
   if (wanted == "loads_received") return &loads_received_;
   if (wanted == "free_slip") {  // as many numbers as the box has ends
     dim = 1;

@@ -53,8 +53,8 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   double compute_vector(int n) override;
 
   /// For contact models: pointers to doubles that stay valid as long as the fix lives. "dt_fluid"
-  /// [T], "viscosity" (dynamic) [M/(L T)], "fluid_density" [M/L^3], "cell_size" [L]; "goes_on": not
-  /// null where the run goes on from a checkpoint.
+  /// [T], "viscosity" (dynamic) [M/(L T)], "fluid_density" [M/L^3], "cell_size" [L],
+  /// "forcing_loops"; "goes_on": not null where the run goes on from a checkpoint.
   void* extract(const char* name, int& dim) override;
 
   // What coupled_run calls. Collective.
@@ -129,6 +129,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   bool tags_noted_ = false;
   std::int64_t collisions_ = -1;
   double dt_fluid_ = 0.0, viscosity_ = 0.0, fluid_density_ = 0.0, cell_size_ = 0.0;
+  double forcing_loops_ = 1.0;
   std::array<double, 6> free_slip_{};  ///< 1 where an end of the box is: of x, y, z, lower, upper
   double loads_received_ = 0.0;  // how often; fix lubrication sends loads to ghosts when it changes
 };

@@ -62,6 +62,7 @@ FluidSceneInfo scene_info_of(const Settings& s, const Resumption* from) {
   if (s.time.cfl == 0.0 && time_left / s.time.step <= most_steps)
     scene_info.end_step = (from ? from->header.step : 0) + steps_in(time_left, s.time.step);
   scene_info.cell_size = s.grid.length[0] / s.grid.cells[0];
+  scene_info.forcing_loops = s.spheres.forcing_loops;
   return scene_info;
 }
 

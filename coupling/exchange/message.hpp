@@ -16,7 +16,7 @@
 namespace bedload {
 
 /// Raised whenever a record below, or who sends it when, changes.
-inline constexpr std::int32_t protocol_number = 12;
+inline constexpr std::int32_t protocol_number = 13;
 
 using Triple = std::array<double, 3>;
 using Bytes = std::vector<std::byte>;
@@ -79,6 +79,7 @@ struct FluidSceneInfo {
   double kinematic_viscosity;             ///< [L^2/T]
   double time_step;                       ///< [T]
   double cell_size;                       ///< [L]
+  std::int64_t forcing_loops;
   std::int64_t restart_step = -1;  ///< fluid steps made when the checkpoint was written; -1: none
   std::int64_t end_step = -1;  ///< steps at the fluid's end of time; -1: the step's length varies
 };

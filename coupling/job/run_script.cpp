@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::size_t most_told = 20;
 constexpr int deepest_include = 10;
+constexpr char between_values = '\x1f';  // in a checkpoint; a value may have blanks
 
 std::vector<std::string> words_of(const std::string& line) {
   std::istringstream stream(line.substr(0, line.find('#')));
@@ -72,9 +73,9 @@ bool is_number(const std::string& word) {
          (word[1] == '.' || (word[1] >= '0' && word[1] <= '9'));
 }
 
-const std::string* value_of(const RunScript& script, const std::string& name) {
-  for (const auto& [known, value] : script.variables)
-    if (known == name) return &value;
+const std::vector<std::string>* values_of(const RunScript& script, const std::string& name) {
+  for (const auto& [known, values] : script.variables)
+    if (known == name) return &values;
   return nullptr;
 }
 
@@ -94,7 +95,8 @@ std::vector<std::string> only_in(const std::vector<std::string>& a,
 void RunScript::save(const SaveGroup& group) const {
   group.text("script", fmt::format("{}", fmt::join(lines, "\n")));
   std::string text;
-  for (const auto& [name, value] : variables) text += fmt::format("{} {}\n", name, value);
+  for (const auto& [name, values] : variables)
+    text += fmt::format("{} {}\n", name, fmt::join(values, std::string(1, between_values)));
   group.text("variables", text);
 }
 
@@ -103,7 +105,9 @@ void RunScript::load(const LoadGroup& group) {
   for (std::string line; std::getline(script, line);) lines.push_back(line);
   for (std::string line; std::getline(texts, line);) {
     const std::size_t blank = line.find(' ');
-    variables.emplace_back(line.substr(0, blank), line.substr(blank + 1));
+    std::istringstream rest(line.substr(blank + 1));
+    auto& values = variables.emplace_back(line.substr(0, blank), std::vector<std::string>{}).second;
+    for (std::string value; std::getline(rest, value, between_values);) values.push_back(value);
   }
 }
 
@@ -115,12 +119,14 @@ RunScript read_run_script(const std::vector<std::string>& words) {
     if (words[n] != "-var" && words[n] != "-v") continue;
     if (n + 1 >= words.size()) break;
     const std::string& name = words[++n];
-    std::string value;
+    std::vector<std::string> values;
     while (n + 1 < words.size() && (words[n + 1][0] != '-' || is_number(words[n + 1])))
-      value += (value.empty() ? "" : " ") + words[++n];
-    if (!value_of(script, name)) script.variables.emplace_back(name, value);
+      values.push_back(words[++n]);
+    if (!values_of(script, name)) script.variables.emplace_back(name, values);
   }
-  std::map<std::string, std::string> values(script.variables.begin(), script.variables.end());
+  std::map<std::string, std::string> values;
+  for (const auto& [name, given] : script.variables)
+    values.emplace(name, given.empty() ? "" : given.front());
   append_file(file, 0, values, script.lines);
   return script;
 }
@@ -143,7 +149,7 @@ std::vector<std::string> unused_variables(const RunScript& script) {
     });
   };
   std::vector<std::string> sentences;
-  for (const auto& [name, value] : script.variables) {
+  for (const auto& [name, values] : script.variables) {
     if (is_used(name)) continue;
     const std::string near = nearest(name, declared);
     sentences.push_back(fmt::format(
@@ -156,20 +162,21 @@ std::vector<std::string> unused_variables(const RunScript& script) {
 std::vector<std::string> missing_variables(const RunScript& before, const RunScript& now) {
   std::vector<std::string> words;
   for (const auto& [name, values] : before.variables) {
-    if (value_of(now, name)) continue;
+    if (values_of(now, name)) continue;
     words.insert(words.end(), {"-var", name});
-    for (const std::string& value : words_of(values)) words.push_back(value);
+    words.insert(words.end(), values.begin(), values.end());
   }
   return words;
 }
 
 std::vector<std::string> differences(const RunScript& before, const RunScript& now) {
   std::vector<std::string> sentences;
-  for (const auto& [name, value] : now.variables) {
-    const std::string* const old = value_of(before, name);
-    if (name == "out" || name == "inputs" || (old && *old == value)) continue;
-    sentences.push_back(fmt::format("the variable '{}' is {}, in the run before {}", name, value,
-                                    old ? *old : "it was not set on the command line"));
+  for (const auto& [name, values] : now.variables) {
+    const auto* const old = values_of(before, name);
+    if (name == "out" || name == "inputs" || (old && *old == values)) continue;
+    sentences.push_back(fmt::format(
+        "the variable '{}' is {}, in the run before {}", name, fmt::join(values, " "),
+        old ? fmt::format("{}", fmt::join(*old, " ")) : "it was not set on the command line"));
   }
   const auto more = only_in(now.lines, before.lines), gone = only_in(before.lines, now.lines);
   for (const std::string& line : gone)

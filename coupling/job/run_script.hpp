@@ -11,7 +11,7 @@ namespace bedload {
 /// What a person gave LIGGGHTS for a run: the script and the variables of the command line. Goes
 /// into each checkpoint, so that a run that goes on takes its own variables and says what differs.
 struct RunScript {
-  using Variable = std::pair<std::string, std::string>;  ///< name, values with blanks between
+  using Variable = std::pair<std::string, std::vector<std::string>>;  ///< name, values
 
   /// The script's commands, one a line, without comments and with one blank between words; files
   /// that it includes stand in place of the line.

@@ -1,8 +1,9 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "liggghts_styles/formulas/diffusion_number.hpp"
 
 /// Lubrication force along the line of centres, and its exact step.
 ///
@@ -53,17 +54,13 @@ inline constexpr UnresolvedShare unresolved_at_wall{2.4, 0.0, 2.65};
 /// Where two spheres share cells the markers of either stand back
 /// (fluid/immersed_boundary/README.md, "Surfaces in the same cells"), but not so far that nobody
 /// would hold the fluid between them: the less slip a step leaves there, the more of a film does
-/// the grid resolve. With λ = ν Δt/h² of the fluid's step, measured from 0.003 to 0.2,
-///     s_0 = 0.727 (λ/0.05)^0.28,   G = 1.88 (λ/0.05)^-0.28,
-/// and beyond, in implicit steps, as at 0.2, below as at 0.003.
+/// the grid resolve. With λ (diffusion_number_of_loop)
+///     s_0 = 0.727 (λ/0.05)^0.28,   G = 1.88 (λ/0.05)^-0.28.
 inline UnresolvedShare unresolved_of_pair(double diffusion_number) {
-  constexpr double measured_at = 0.05, shortest = 0.003, longest = 0.2, power = 0.28;
-  const double scale =
-      std::pow(std::clamp(diffusion_number, shortest, longest) / measured_at, power);
+  constexpr double power = 0.28;
+  const double scale = std::pow(measured_diffusion_number(diffusion_number) / 0.05, power);
   return {0.37, 1.02, 1.88 / scale, 0.727 * scale};
 }
-/// λ where it is not known, as without a fluid.
-inline constexpr double usual_diffusion_number = 0.05;
 
 /// A free-slip wall is the plane of symmetry between a sphere and its image, with R_eff = R/2 at
 /// twice the gap, which opens at 2 g_n:

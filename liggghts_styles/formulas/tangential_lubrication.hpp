@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "liggghts_styles/formulas/diffusion_number.hpp"
+
 /// Lubrication of surfaces that slide and roll on each other: force and torques that grow with the
 /// logarithm of the gap.
 ///
@@ -41,7 +43,11 @@
 /// makes the grid as good as without that; with a fluid every pair gets it (FixMarkerFilm).
 /// Measured as the difference of two programs, all markers (commit 3988db8) and these, at gaps of
 /// 0.002 to 1.25 h and D/h = 8, two spheres that turn the same way or against each other (the same
-/// case of the study has both).
+/// case of the study has both), with ν Δt/h² = 0.2. The less slip a step leaves, the more do the
+/// markers that are left resolve by themselves, and so much less is missing; with λ of
+/// formulas/diffusion_number.hpp
+///     Λ_s: 0.19 ln(0.2/λ) exp(-0.3 ζ/h - 1.3 ζ²/h²),   Λ_e: 0.11 ln(0.2/λ) exp(-0.9 ζ²/h²),
+/// measured there from λ = 0.003 on, by steps as by loops.
 ///
 /// Symbols: μ dynamic viscosity [Pa s]; ζ surface gap [m]; n unit vector from j to i; a, b radii
 /// [m]; v velocity of i relative to j, ω spins [1/s]. The arms a and b reach to the middle of the
@@ -90,15 +96,26 @@ inline SlideAndRoll unresolved_logarithms_of_pair(double cells) {
 /// [cells].
 inline constexpr double left_by_markers_to = 1.25;
 
-/// Λ that markers leave out which stand back. @param cells ζ/h, may be below 0 in contact
-inline SlideAndRoll logarithms_left_by_markers(double cells) {
-  const double s = std::max(cells, 0.0);
-  return {1.33 * std::exp(-s * (1.75 + 1.5 * s)), 0.583 * std::exp(-s * (1.85 + 1.55 * s))};
-}
-
-/// Λ that is missing then, where more is given already. @param all Λ  @param given Λ
+/// `all` without `given`, and nothing where that is more. @param all Λ  @param given Λ
 inline SlideAndRoll rest_of(const SlideAndRoll& all, const SlideAndRoll& given) {
   return {std::max(0.0, all.slide - given.slide), std::max(0.0, all.roll - given.roll)};
+}
+
+/// Λ that the grid resolves of two spheres because the fluid's step leaves less slip than one of
+/// ν Δt/h² = 0.2. @param cells ζ/h, may be below 0 in contact  @param diffusion_number λ
+inline SlideAndRoll logarithms_of_short_steps(double cells, double diffusion_number) {
+  const double s = std::max(cells, 0.0);
+  const double shorter =
+      std::log(longest_diffusion_number / measured_diffusion_number(diffusion_number));
+  return {0.19 * shorter * std::exp(-s * (0.3 + 1.3 * s)), 0.11 * shorter * std::exp(-0.9 * s * s)};
+}
+
+/// Λ that markers leave out which stand back. @param cells ζ/h, may be below 0 in contact
+/// @param diffusion_number λ
+inline SlideAndRoll logarithms_left_by_markers(double cells, double diffusion_number) {
+  const double s = std::max(cells, 0.0);
+  return rest_of({1.33 * std::exp(-s * (1.75 + 1.5 * s)), 0.583 * std::exp(-s * (1.85 + 1.55 * s))},
+                 logarithms_of_short_steps(s, diffusion_number));
 }
 
 /// The two dampers [kg/s], and the bodies that they act between.

@@ -8,7 +8,7 @@ import pytest
 from programs import BIN, command, run
 
 RADIUS, CELL, VISCOSITY, SPIN = 0.5, 0.125, 0.05, 0.8  # of the scene below; dynamic viscosity
-STEPS, SUBSTEPS = 2, 15
+STEPS, SUBSTEPS, TIME_STEP = 2, 15, 0.002  # nu dt/h^2 = 0.0064
 
 FLUID = """\
 grid.cells = [32, 32, 32]
@@ -54,7 +54,7 @@ coupled_run
 ENDS = {"p": '"periodic"', "f": '["free_slip", "no_slip"]'}
 
 
-def coupled(folder, script, ends="ppp"):
+def coupled(folder, script, ends="ppp", ranks=(1, 1)):
     """A run of both programs over STEPS."""
     folder.mkdir(exist_ok=True)
     (folder / "in.liggghts").write_text(script, encoding="utf-8")
@@ -62,12 +62,12 @@ def coupled(folder, script, ends="ppp"):
     (folder / "fluid.toml").write_text(FLUID.format(viscosity=VISCOSITY, **walls), encoding="utf-8")
     fluid = [str(BIN / "bedload-fluid"), "fluid.toml", "--out", "out", "--steps", str(STEPS)]
     dem = [str(BIN / "bedload-dem"), "-in", "in.liggghts", "-var", "out", "out", "-log", "none"]
-    return run(command(fluid, dem, (1, 1)), folder, timeout=120)
+    return run(command(fluid, dem, ranks), folder, timeout=120)
 
 
-def films_of(folder, script, ends="ppp"):
+def films_of(folder, script, ends="ppp", ranks=(1, 1)):
     """The dump of such a run."""
-    result = coupled(folder, script, ends)
+    result = coupled(folder, script, ends, ranks)
     assert result.status == 0, result.output
     return (folder / "out" / "films.txt").read_text()
 
@@ -82,9 +82,11 @@ def torques(folder, spheres, model, wet="fix fluid all couple/fluid", ends="ppp"
 
 
 def logarithms(gap):
-    """What markers leave of those of sliding and rolling."""
-    s = max(gap, 0.0) / CELL
-    return 1.33 * np.exp(-s * (1.75 + 1.5 * s)), 0.583 * np.exp(-s * (1.85 + 1.55 * s))
+    """What markers leave of those of sliding and rolling in steps as short as these."""
+    s, shorter = max(gap, 0.0) / CELL, np.log(0.2 * CELL**2 / (VISCOSITY * TIME_STEP))
+    slide = 1.33 * np.exp(-s * (1.75 + 1.5 * s)) - 0.19 * shorter * np.exp(-s * (0.3 + 1.3 * s))
+    roll = 0.583 * np.exp(-s * (1.85 + 1.55 * s)) - 0.11 * shorter * np.exp(-0.9 * s**2)
+    return max(0.0, slide), max(0.0, roll)
 
 
 def left(gap):
