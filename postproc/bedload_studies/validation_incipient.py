@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 from bedload_post.outputs import Run
 
-from .validation_runs import Curve, Result, Row, Runner
+from .validation_runs import Curve, Result, Row, Runner, of_loop
 from .validation_sliding import left_by_markers
 from .validation_steady import last_load
 
@@ -25,7 +25,7 @@ LEFT = 0.2  # D, displacement along x of a grain that has left: the ridge is at 
 GATHERING, CREEP = 1.2, 2e-5  # growth of its speed in a tenth of the run, and speed [nu/D]
 HALVINGS = 7
 REPULSION = 0.1  # D, the paper's range 2h
-GAP = 2e-4  # D, of the scene
+GAP, TIME_STEP = 2e-4, 0.02  # of the scene: D, D^2/nu
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def _left_by_markers(n: int) -> tuple[float, float]:
     """Force and torque by spin, as in Loads, of what the coupling gives back of the sliding and rolling films
     between the grain and the four spheres: the fluid's load lacks it, as markers stand back from the cells that two
     spheres share (logarithms_left_by_markers in liggghts_styles/formulas/tangential_lubrication.hpp)."""
-    slide, roll = left_by_markers(GAP * n)
+    slide, roll = left_by_markers(GAP * n, of_loop(TIME_STEP * n**2))
     effective, arm = 0.25, 0.5  # D; viscosity 1
     normals = [(x, math.sqrt(0.5), z) for x in (-0.5, 0.5) for z in (-0.5, 0.5)]  # towards the grain
     force = sum(2.0 * math.pi * effective * slide * arm * y for _, y, _ in normals)

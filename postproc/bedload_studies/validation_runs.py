@@ -24,6 +24,12 @@ REFERENCE = Path(__file__).resolve().parent / "reference"
 DIFFUSION = 0.2  # nu dt / h^2 of the Stokes cases; explicit diffusion is stable up to 0.209
 
 
+def of_loop(diffusion_number: float, loops: int = 1) -> float:
+    """lambda, nu dt/h^2 of a step whose one loop leaves as little slip; in the range that was measured (as in
+    liggghts_styles/formulas/diffusion_number.hpp)."""
+    return min(0.2, max(0.003, diffusion_number / loops**1.3))
+
+
 @dataclass(frozen=True)
 class Row:
     """One number of a case beside what it should be.

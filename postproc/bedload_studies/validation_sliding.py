@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from scipy.special import exp1
 
-from .validation_runs import DIFFUSION, Curve, Result, Row, Runner, from_coarser
+from .validation_runs import DIFFUSION, Curve, Result, Row, Runner, from_coarser, of_loop
 from .validation_steady import last_load
 
 # Rates k of the logarithms that the grid lacks, E1(k s) at walls and E1(k s^2)/2 between spheres, s = gap/h, sliding
@@ -25,15 +25,29 @@ LEFT_BY_MARKERS = ((1.33, 1.75, 1.5), (0.583, 1.85, 1.55))
 WITH_ALL_MARKERS = {0.002: (1.962, 1.593), 0.5: (1.711, 1.469), 1.0: (1.588, 1.404)}
 
 
-def left_by_markers(cells: float) -> tuple[float, float]:
-    """The logarithm that markers leave at a gap in cells, of sliding and of rolling."""
-    slide, roll = (size * math.exp(-cells * (a + b * cells)) for size, a, b in LEFT_BY_MARKERS)
+# Of the same two, that a grid with shorter steps resolves by itself: times ln(0.2/lambda).
+OF_SHORT_STEPS = ((0.19, 0.3, 1.3), (0.11, 0.0, 0.9))
+
+
+def _of_short_steps(cells: float, number: float) -> list[float]:
+    return [math.log(0.2 / number) * size * math.exp(-cells * (a + b * cells)) for size, a, b in OF_SHORT_STEPS]
+
+
+def left_by_markers(cells: float, number: float) -> tuple[float, float]:
+    """The logarithm that markers leave at a gap in cells with lambda = `number`, of sliding and of rolling."""
+    left = (size * math.exp(-cells * (a + b * cells)) for size, a, b in LEFT_BY_MARKERS)
+    slide, roll = (
+        max(0.0, part - more) for part, more in zip(left, _of_short_steps(cells, number), strict=True)
+    )
     return slide, roll
 
 
-def _lacks(who: str, rate: float, cells: float) -> float:
-    """The logarithm that the grid lacks at a gap in cells, of one of both motions."""
-    return float(exp1(rate * cells)) if who == "wall" else 0.5 * float(exp1(rate * cells**2))
+def _lacks(cells: float, number: float) -> list[float]:
+    """The logarithms that the grid lacks between spheres at a gap in cells, of sliding and of rolling."""
+    return [
+        max(0.0, 0.5 * float(exp1(rate * cells**2)) - more)
+        for rate, more in zip(UNRESOLVED_SLIDE_ROLL["pair"], _of_short_steps(cells, number), strict=True)
+    ]
 
 
 GOLDMAN = "Goldman, Cox & Brenner 1967"
@@ -132,20 +146,21 @@ def _sliding_pairs(runner: Runner, result: Result) -> None:
             gap_in_radii = 2.0 * gap / n
             should = exact(gap_in_radii)
             arm = 1.0 if "uz" in values else (1.0 + gap / n) ** 2
-            added = arm * sum(c * _lacks("pair", k, gap) for c, k in
-                              zip(part, UNRESOLVED_SLIDE_ROLL["pair"], strict=True))  # fmt: skip
+            added = arm * sum(c * lack for c, lack in zip(part, _lacks(gap, DIFFUSION), strict=True))
             share = f"resolved ({found:.3f}, {100 * (found / should - 1):+.1f} %) and added ({added:.3f})"
             result.rows.append(Row(f"two spheres {name}, gap {gap} h, D/h = {n}: {share}", found + added, should,
                                    0.04, source="Jeffrey & Onishi 1984"))  # fmt: skip
 
 
-def _turning_pair(runner: Runner, gap: float, other: float) -> float:
-    """Mean torque of two held spheres that say they turn at 2 and at `other`, over 6 pi mu R^3 omega."""
+def _turning_pair(runner: Runner, gap: float, other: float, step: float = 1.0, loops: int = 1) -> float:
+    """Mean torque of two held spheres that say they turn at 2 and at `other`, over 6 pi mu R^3 omega; `step` in that
+    of the other cases."""
     n, length = 8, 4.0
     half = 0.5 * (1.0 + gap / n)
-    run = runner("approach", f"sliding-left-{gap}-{other:g}", {
+    label = f"sliding-left-{gap}-{other:g}" + ("" if (step, loops) == (1.0, 1) else f"-{step:g}-{loops}")
+    run = runner("approach", label, {
         "grid.cells": [round(length) * n] * 3, "grid.length": [length] * 3,
-        "time.step": DIFFUSION / n**2, "time.end": 0.8,
+        "time.step": step * DIFFUSION / n**2, "time.end": 0.8, "spheres.forcing_loops": loops,
     }, {"length": length, "x1": 2.03 - half, "x2": 2.03 + half, "y1": 2.01, "y2": 2.01, "z1": 1.97, "z2": 1.97,
         "ux": 0.0, "spin1": 2.0, "spin2": other})  # fmt: skip
     with h5py.File(run.folder / "spheres.h5") as file:
@@ -156,13 +171,27 @@ def _turning_pair(runner: Runner, gap: float, other: float) -> float:
 def _left_rows(runner: Runner, result: Result) -> None:
     """What the grid resolves with markers that stand back, and with what they leave, against all markers."""
     for gap, all_markers in WITH_ALL_MARKERS.items():
-        motions = zip((2.0, -2.0), ("the same way", "against each other"), (1 / 3, 1 / 5), left_by_markers(gap),
-                      all_markers, strict=True)  # fmt: skip
+        motions = zip((2.0, -2.0), ("the same way", "against each other"), (1 / 3, 1 / 5),
+                      left_by_markers(gap, DIFFUSION), all_markers, strict=True)  # fmt: skip
         for other, words, part, left, should in motions:
             found = _turning_pair(runner, gap, other)
             parts = f"resolved ({found:.3f}) and left by markers ({part * left:.3f})"
             what = f"two spheres turn {words}, gap {gap} h: {parts}"
             result.rows.append(Row(what, found + part * left, should, 0.02, source="all markers, commit 3988db8"))
+
+
+def _step_rows(runner: Runner, result: Result) -> None:
+    """The same two with shorter steps and more loops, which leave less slip."""
+    for step, loops, words in ((0.25, 1, "a quarter of the step"), (0.0625, 1, "a sixteenth of the step"),
+                               (0.25, 2, "a quarter of the step, two loops")):  # fmt: skip
+        number = of_loop(step * DIFFUSION, loops)
+        for gap in (0.05, 0.2):
+            for name, values, part, exact in PAIRS[1:]:
+                found, should = _turning_pair(runner, gap, values["spin2"], step, loops), exact(0.25 * gap)
+                added = (1.0 + gap / 8) ** 2 * sum(c * lack for c, lack in zip(part, _lacks(gap, number), strict=True))
+                parts = f"resolved ({found:.3f}, {100 * (found / should - 1):+.1f} %) and added ({added:.3f})"
+                what = f"two spheres {name}, gap {gap} h, D/h = 8, {words}: {parts}"
+                result.rows.append(Row(what, found + added, should, 0.04, source="Jeffrey & Onishi 1984"))
 
 
 def _sliding_free(runner: Runner, result: Result) -> None:
@@ -202,13 +231,14 @@ def sliding(runner: Runner) -> Result:
     _sliding_held(runner, result)
     _sliding_pairs(runner, result)
     _left_rows(runner, result)
+    _step_rows(runner, result)
     _sliding_free(runner, result)
     across = np.geomspace(0.04, 1.0, 40)
-    for who, ks in UNRESOLVED_SLIDE_ROLL.items():
-        for motion, k in zip(("sliding", "rolling"), ks, strict=True):
-            if who == "wall" or motion == "sliding":
-                label = f"fix lubrication: {who}, {motion if who == 'wall' else 'both'}"
-                result.curves.append(Curve(label, across.tolist(), [_lacks(who, k, cells) for cells in across]))
+    for n, motion in enumerate(("sliding", "rolling")):
+        at_wall = [float(exp1(UNRESOLVED_SLIDE_ROLL["wall"][n] * cells)) for cells in across]
+        result.curves.append(Curve(f"fix lubrication: wall, {motion}", across.tolist(), at_wall))
+        of_pair = [_lacks(cells, DIFFUSION)[n] for cells in across]
+        result.curves.append(Curve(f"spheres, {motion}", across.tolist(), of_pair))
     return result
 
 
