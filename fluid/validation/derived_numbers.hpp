@@ -118,7 +118,7 @@ inline std::optional<Friction> friction_of(const Settings& s) {
         .cell_wall_units = friction_reynolds(u_tau, cell, viscosity)};
   };
   const auto& [lower, upper] = s.boundary.y;
-  if (lower == Wall::periodic) return std::nullopt;
+  if (lower != Wall::no_slip && upper != Wall::no_slip) return std::nullopt;
   if (s.flow.driving == Driving::pressure_gradient || s.flow.driving == Driving::gravity)
     return friction(FrictionSource::driving, u_tau_of_driving(s.constant_driving(), s));
   const bool two_walls = lower == Wall::no_slip && upper == Wall::no_slip;
@@ -128,7 +128,6 @@ inline std::optional<Friction> friction_of(const Settings& s) {
     if (!two_walls || sheared == 0.0) return std::nullopt;
     return friction(FrictionSource::laminar, sheared);
   }
-  if (lower != Wall::no_slip && upper != Wall::no_slip) return std::nullopt;
   const double laminar = u_tau_laminar(velocity, height, viscosity);
   const double turbulent = u_tau_smooth_wall(velocity, height, viscosity);
   return laminar > turbulent ? friction(FrictionSource::laminar, laminar)

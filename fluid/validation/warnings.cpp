@@ -111,6 +111,25 @@ void warn_of_slope(const Settings& s, std::vector<std::string>& found) {
   }
 }
 
+/// Where no wall and no driving holds a box back, spheres and fluid fall together.
+void warn_of_free_fall(const Settings& s, const SphereExtremes& spheres,
+                       std::vector<std::string>& found) {
+  const std::array ends{s.boundary.x, s.boundary.y, s.boundary.z};
+  const auto no_slip = [](const auto& e) { return e[0] == Wall::no_slip || e[1] == Wall::no_slip; };
+  if (!spheres.weigh || s.fringe.rate > 0.0 || std::any_of(ends.begin(), ends.end(), no_slip))
+    return;
+  for (std::size_t d = 0; d < 3; ++d) {
+    if (s.fluid.gravity[d] == 0.0 || ends[d][0] != Wall::periodic) continue;
+    if (d == 0 && s.flow.driving == Driving::bulk_velocity) continue;
+    found.push_back(fmt::format(
+        "{}: 'fluid.gravity' acts along {}, where nothing holds the box back: the spheres' weight "
+        "accelerates them and the fluid together for as long as the run lasts; only velocities "
+        "relative to the fluid's mean become steady. Along x 'flow.driving' = \"bulk_velocity\" "
+        "with 'flow.bulk_velocity' = 0 holds it.",
+        s.file, "xyz"[d]));
+  }
+}
+
 /// Transforms take a line of points for one period.
 void warn_of_spectra_between_walls(const Settings& s, std::vector<std::string>& found) {
   if (s.statistics.spectra_heights.empty()) return;
@@ -150,6 +169,7 @@ SphereExtremes extremes_of(const Settings& s, std::span<const SphereState> spher
     found.fastest = std::max(found.fastest, cells_a_step);
     if (ratio < light) found.fastest_light = std::max(found.fastest_light, cells_a_step);
     found.lightest_ratio = std::min(found.lightest_ratio, ratio);
+    found.weigh = found.weigh || ratio != 1.0;
     found.widest = std::max(found.widest, 2.0 * sphere.radius);
     if (before != nullptr && sphere.radius == before->radius && sphere.density == before->density)
       continue;
@@ -181,7 +201,9 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
         "the bed "
         "is not resolved above about {}; take more 'grid.cells' or a smaller Reynolds number.",
         s.file, numbers.friction->cell_wall_units, numbers.friction->reynolds, highest_cell));
-  if (s.time.cfl == 0.0 && s.flow.driving != Driving::none && numbers.cfl_at_start > brisk_courant)
+  const bool at_rest = s.flow.driving == Driving::none ||
+                       (s.flow.driving == Driving::bulk_velocity && s.flow.bulk_velocity == 0.0);
+  if (s.time.cfl == 0.0 && !at_rest && numbers.cfl_at_start > brisk_courant)
     found.push_back(
         fmt::format("{}: 'time.step' = {} carries the flow {:.2g} cells a step, and gusts go "
                     "further: the limit is 1.7; take a shorter step or 'time.cfl'.",
@@ -233,6 +255,7 @@ std::vector<std::string> warnings(const Settings& s, const SphereExtremes& spher
   warn_of_unequal_masses(s, spheres, found);
   warn_of_speed(s, spheres, found);
   warn_of_long_diffusion(s, spheres, found);
+  warn_of_free_fall(s, spheres, found);
   if (const auto sentence = thin_layer(spheres)) found.push_back(s.file + ": " + *sentence);
   return found;
 }

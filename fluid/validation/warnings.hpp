@@ -28,6 +28,7 @@ struct SphereExtremes {
   double fastest = 0.0;        ///< most cells that one goes in a time step, with its present speed
   double fastest_light = 0.0;  ///< that of light ones
   double lightest_ratio = none;  ///< least density over the fluid's
+  bool weigh = false;            ///< whether one is of another density than the fluid
   double widest = 0.0;           ///< largest diameter [L]
 };
 

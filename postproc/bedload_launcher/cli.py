@@ -122,13 +122,8 @@ def estimate(options: argparse.Namespace) -> int:
     whole = job.Job(scene, model, ranks, scene.folder, settings, variables=variables)
     cost = predict.estimate(whole, scene.cells(settings), say)
     print(predict.describe(cost, ranks, scene.moves_grains, available_memory()))
-    errors = presets.measured_errors(options.accuracy or "standard", presets.cases_like(scene, model))
-    if errors:
-        cells = "ten cells to a diameter" if scene.has_spheres else "twenty cells from wall to wall"
-        print(
-            f"errors found   {', '.join(errors)}, with {cells} before the preset "
-            "(postproc/reports/accuracy); this scene's own: ./bedload study accuracy SCENE"
-        )
+    if errors := presets.errors_to_expect(scene, model, options.accuracy, settings):
+        print(f"errors found   {errors} (postproc/reports/accuracy); this scene's own: ./bedload study accuracy SCENE")
     return 0
 
 

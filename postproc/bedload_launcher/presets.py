@@ -15,6 +15,7 @@ from .scenes import Scene
 from .words import read_rows
 
 MEASURED = ROOT / "postproc" / "reports" / "accuracy" / "accuracy.csv"
+RESOLUTIONS = {6: "D/h 6", 8: "D/h 8", 10: "base", 14: "D/h 14"}  # labels there of cells to a diameter
 
 
 @dataclass(frozen=True)
@@ -83,12 +84,33 @@ def cases_like(scene: Scene, model: str | None) -> list[str]:
     return ["array_drag", "settling"] + (["rebound"] if (model or "").startswith("actm") else [])
 
 
-def measured_errors(name: str, cases: list[str]) -> list[str]:
-    """What the kept study found for a preset, one phrase a case; empty before it was ever run."""
+def measured_errors(label: str, cases: list[str]) -> list[str]:
+    """What the kept study found for one of its labels, one phrase a case; empty before it was ever run."""
     if not MEASURED.is_file():
         return []
     return [
         f"{row['case'].replace('_', ' ')} {100 * float(row['error']):+.1f} %"
         for row in read_rows(MEASURED)
-        if row["label"] == f"preset {name}" and row["case"] in cases
+        if row["label"] == label and row["case"] in cases
     ]
+
+
+def errors_to_expect(scene: Scene, model: str | None, accuracy: str | None, settings: list[str]) -> str | None:
+    """One line on the errors that the kept study found at the scene's own resolution, or at the nearest that it has:
+    `settings` are those of the preset `accuracy` with what the user set."""
+    cases = cases_like(scene, model)
+    diameter = scene.value("reference", "diameter")
+    if not scene.has_spheres:
+        label, where = f"preset {accuracy or 'standard'}", "with twenty cells from wall to wall before the preset"
+    elif isinstance(diameter, int | float) and diameter > 0:
+        own = diameter / scene.cell_size(settings)
+        measured = min(RESOLUTIONS, key=lambda cells: abs(math.log(cells / own)))
+        label, where = RESOLUTIONS[measured], f"with {measured} cells to a diameter"
+        if abs(own / measured - 1.0) > 0.02:
+            where += f", the nearest to this scene's {own:.3g} that was measured"
+        if own < 0.98 * min(RESOLUTIONS):
+            where += " (below 6 errors grow fast: Stokes drag +1.5 % with 5, +5.6 % with 4)"
+    else:
+        return None
+    errors = measured_errors(label, cases)
+    return f"{', '.join(errors)}, {where}" if errors else None

@@ -36,10 +36,10 @@ def test_every_case_measures_every_preset_and_names_no_point_twice():
 def test_the_estimate_quotes_the_kept_study(tmp_path, monkeypatch):
     kept = tmp_path / "accuracy.csv"
     monkeypatch.setattr(presets, "MEASURED", kept)
-    assert presets.measured_errors("draft", ["rebound"]) == []
+    assert presets.measured_errors("preset draft", ["rebound"]) == []
     kept.write_text("case,label,error\narray_drag,preset draft,-0.0123\nrebound,preset fine,0.5\n")
-    assert presets.measured_errors("draft", ["array_drag", "rebound"]) == ["array drag -1.2 %"]
-    assert presets.measured_errors("fine", ["array_drag"]) == []
+    assert presets.measured_errors("preset draft", ["array_drag", "rebound"]) == ["array drag -1.2 %"]
+    assert presets.measured_errors("preset fine", ["array_drag"]) == []
 
 
 def test_only_errors_of_the_scene_s_own_physics_are_quoted():
@@ -173,3 +173,18 @@ def test_a_case_keeps_the_scales_of_its_collision_model_on_every_grid():
         for n, settings in ((8, {}), (14, {}), (10, {"step": 0.5})):
             assert accuracy_cases.rebound(None, "trial", n, settings) == pytest.approx(0.0)
     assert given == [pytest.approx(1.5e-3)] * 3
+
+
+@pytest.mark.parametrize("cells, words", [
+    (6, "settling -2.4 %, with 6 cells to a diameter"),
+    (9, "with 10 cells to a diameter, the nearest to this scene's 9"),  # 10/9 < 9/8
+    (4, "with 6 cells to a diameter, the nearest to this scene's 4 that was measured (below 6 errors grow fast"),
+    (20, "with 14 cells to a diameter, the nearest to this scene's 20 that was measured"),
+])  # fmt: skip
+def test_errors_to_expect_are_those_of_the_scene_s_own_grid(cells, words):
+    scene = find_scene("setup2_small")
+    settings = [f"grid.cells=[{26 * cells}, 10, 10]"]
+    assert scene.cell_size(settings) == pytest.approx(1.0 / cells)
+    said = presets.errors_to_expect(scene, "rpm", None, settings)
+    assert words in said and "rebound" not in said
+    assert ("grow fast" in said) == (cells < 6)

@@ -268,7 +268,13 @@ TEST(BadSettings, WarningsAreGiven) {
   EXPECT_THAT(spoken({driven, "fluid.kinematic_viscosity=1e-4"}), HasSubstr("wall units"));
   // Laminar, with lowest cells of more than five nu/u_tau.
   EXPECT_EQ(spoken({driven, "fluid.kinematic_viscosity=0.0025", "grid.cells=[4, 4, 4]"}), "");
-  EXPECT_THAT(spoken({driven, "time.step=0.2"}), HasSubstr("1.6 cells a step"));
+  EXPECT_THAT(spoken({driven, "flow.bulk_velocity=1.0", "time.step=0.2"}),
+              HasSubstr("1.6 cells a step"));
+  // Nothing flows: settling in a box that is held. No wall: no wall units.
+  EXPECT_EQ(spoken({driven, "flow.bulk_velocity=0.0", "time.step=0.2"}), "");
+  EXPECT_EQ(spoken({"flow.driving=\"pressure_gradient\"", "flow.pressure_gradient=1.0",
+                    "fluid.kinematic_viscosity=1e-4", "boundary.y=\"free_slip\""}),
+            "");
   EXPECT_THAT(spoken({"flow.bulk_velocity=1.0"}), HasSubstr("'flow.bulk_velocity'"));
   EXPECT_THAT(spoken({"flow.pressure_gradient=1.0"}), HasSubstr("'flow.pressure_gradient'"));
   EXPECT_THAT(spoken({"start.disturbance=0.1"}), HasSubstr("'start.disturbance'"));
@@ -331,6 +337,19 @@ TEST(BadSettings, SpheresBeyondTheStudysLimitsAreWarnedOf) {
   EXPECT_THAT(spoken(8.0, 0.6, small, one), HasSubstr("'coupling.dem_steps' = 1"));
   EXPECT_EQ(spoken(8.0, 0.3, small, one), "");
   EXPECT_EQ(spoken(8.0, 0.6, small), "");
+  const std::vector<std::string> periodic{"fluid.gravity=[0.1, 0.0, 0.1]",
+                                          "boundary.y=\"periodic\""};
+  const auto with = [&periodic](std::vector<std::string> more) {
+    more.insert(more.begin(), periodic.begin(), periodic.end());
+    return more;
+  };
+  EXPECT_THAT(spoken(2.5, 0.1, small, periodic), HasSubstr("acts along x, where nothing holds"));
+  EXPECT_THAT(spoken(0.9, 0.1, small, with({"boundary.z=\"free_slip\""})),
+              HasSubstr("acts along x, where nothing holds"));
+  EXPECT_THAT(spoken(2.5, 0.1, small, with({"flow.driving=\"bulk_velocity\""})),
+              AllOf(HasSubstr("acts along z"), Not(HasSubstr("acts along x"))));
+  EXPECT_EQ(spoken(1.0, 0.1, small, periodic), "");
+  EXPECT_EQ(spoken(2.5, 0.1, small, with({"boundary.z=\"no_slip\""})), "");
   EXPECT_THAT(spoken(2.5, 0.1, wide), HasSubstr("the box is 1.5 diameters"));
   EXPECT_EQ(spoken(2.5, 0.3, wide), "");
   EXPECT_EQ(spoken(2.5, 0.1, 0.75 * wide), "");
