@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <string>
 
+#include "group.h"
 #include "liggghts_styles/contact_observers.hpp"
 #include "liggghts_styles/find_fix.hpp"
 #include "liggghts_styles/keywords.hpp"
@@ -46,11 +48,14 @@ void FixMarkerFilm::init() {
   cell_ = FluidValue::find(lmp, "cell_size", "");
   diffusion_ = FluidDiffusion::find(lmp);
   free_slip_ = find_free_slip(lmp);
-  if (force->pair != nullptr && !pairs_told_)
+  if (!pairs_told_ && (force->pair != nullptr || group->count(igroup) > 1))
     warn(lmp, "fix couple/fluid",
-         "the pairs' contact model is none that bedload knows (actm, rpm, hertz or hooke), so "
-         "that spheres that slide or roll on each other lack what the fluid's markers leave to "
-         "the contact model to tell");
+         std::string(force->pair != nullptr
+                         ? "the pairs' contact model is none that bedload knows (actm, rpm, hertz "
+                           "or hooke)"
+                         : "there is no pair_style") +
+             ", so that spheres that slide or roll on each other lack what the fluid's markers "
+             "leave to the contact model to tell");
   pairs_told_ = false;  // the next run's have to report again
 }
 

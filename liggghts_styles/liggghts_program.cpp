@@ -42,6 +42,7 @@ LiggghtsProgram::~LiggghtsProgram() {
   int finalized = 0;
   MPI_Finalized(&finalized);
   if (finalized == 0) {
+    ending_.clean = true;  // an exception is on its way to whoever has a sentence for it
     MPI_Comm_delete_attr(MPI_COMM_SELF, key_);
     MPI_Comm_free_keyval(&key_);
   }

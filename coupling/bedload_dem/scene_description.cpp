@@ -103,12 +103,13 @@ std::string describe_effects(LAMMPS_NS::LAMMPS* lmp) {
          line("lubrication", film != nullptr,
               film != nullptr
                   ? "fix lubrication"
-                  : "the LIGGGHTS script has no fix lubrication; the grid alone has less "
-                    "than half of a film thinner than h/3") +
+                  : "the LIGGGHTS script has no fix lubrication; the grid alone lacks most of a "
+                    "film much thinner than h/3") +
          line("films against sliding and rolling", film != nullptr && film->tangential(),
-              film == nullptr      ? "no fix lubrication"
+              film == nullptr      ? "no fix lubrication; what markers leave between spheres acts"
               : film->tangential() ? "fix lubrication, tangential on"
-                                   : "fix lubrication, tangential off or law published");
+                                   : "fix lubrication, tangential off or law published; what "
+                                     "markers leave between spheres acts");
 }
 
 }  // namespace bedload

@@ -133,7 +133,8 @@ void declare_keys(Settings& s, Visitor& key) {
              "Time step of the fluid; with time.cfl the longest one allowed.");
   key.number("time.cfl", s.time.cfl, "-", Range{0.0, imaginary_limit}, Need::optional,
              "CFL number (|u|+|v|+|w|) dt/h that the time step follows; 0: time.step throughout.");
-  key.number("time.end", s.time.end, "T", not_negative, Need::required, "Time at which it ends.");
+  key.number("time.end", s.time.end, "T", not_negative, Need::required,
+             "Time at which it ends, with the step that reaches it.");
   key.text("spheres.file", s.spheres.file,
            "Fixed spheres of a run without LIGGGHTS: a text file beside fluid.toml, one sphere a "
            "line: x y z radius.");

@@ -9,6 +9,7 @@ import datetime
 import fcntl
 import json
 import os
+import shutil
 import socket
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -19,7 +20,6 @@ from .errors import UserError
 
 LAUNCH = "launch.json"
 RUN_LOCK = "run.lock"
-STARTED = ("settings.toml", "log.liggghts", RUN_LOCK, "*.csv", "*.h5", "*.xdmf", "*.part")  # what a failed start leaves
 RESULTS = ("history.csv", "checkpoint_*", "state.h5")  # what only a run leaves that has begun
 
 
@@ -126,9 +126,7 @@ class Folder:
                 try:
                     aside.rename(self.out)  # not into a folder that another command has filled meanwhile
                 finally:
-                    for file in refused.iterdir():
-                        file.unlink()
-                    refused.rmdir()
+                    shutil.rmtree(refused)
         except (UserError, OSError):
             return False
         return True
@@ -167,10 +165,10 @@ def is_run(out: Path) -> bool:
 
 
 def holds_only_a_start(out: Path) -> bool:
-    """Whether `out` is empty but for what a start leaves that failed before its first step."""
-    files = [file for file in out.iterdir() if file.name != LAUNCH]
+    """Whether `out`, where no run has left a result, is empty or was begun in by a start, whose script may have
+    written files of any name: a start has a folder for itself."""
     started = (out / "settings.toml").is_file() or (out / LAUNCH).stat().st_size > 0
-    return not files or (started and all(any(f.match(pattern) for pattern in STARTED) for f in files))
+    return started or all(file.name == LAUNCH for file in out.iterdir())
 
 
 def was_refused(out: Path) -> bool:

@@ -12,7 +12,7 @@ MOST_ROWS = 400  # of a table that is shown
 
 def is_kept(folder: Path) -> bool:
     """Whether the folder holds a study's results and not a run or a scene."""
-    of_others = any((folder / name).is_file() for name in ("settings.toml", "fluid.toml"))
+    of_others = any((folder / name).is_file() for name in ("settings.toml", "fluid.toml", "launch.json"))
     return not of_others and any(_parts(folder))
 
 

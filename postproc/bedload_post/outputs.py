@@ -158,6 +158,8 @@ class Run:
         with path.open(newline="", encoding="utf-8") as stream:
             rows = csv.reader(_whole(stream))
             header: list[str] = next(rows, [])
+            if not header:
+                raise MissingOutput(f"{path} is empty.")
             columns = list(zip(*(row for row in rows if len(row) == len(header)), strict=True))
         if not columns:
             return {name.strip(): np.array([]) for name in header}

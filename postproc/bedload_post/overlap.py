@@ -27,7 +27,7 @@ def read(folder: Path) -> list[tuple[str, str, float, float]]:
         return []
     with (folder / FILE).open(newline="", encoding="utf-8") as stream:
         return [(r["program"], r["part"], float(r["start"]), float(r["end"]))
-                for r in csv.DictReader(stream)]  # fmt: skip
+                for r in csv.DictReader(stream) if r.get("end")]  # fmt: skip
 
 
 def draw(folder: Path, file: Path) -> None:

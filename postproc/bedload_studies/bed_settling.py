@@ -119,7 +119,8 @@ def wish(options: argparse.Namespace) -> tuple[Wish, Scene | None]:
     if options.wet > 0.0 and scene is not None and not scene.moves_grains:
         raise UserError(f"--wet runs a scene with the bed's grains, but '{scene.name}' has no in.liggghts.")
     if min(box) < 3.0 * diameter.max():
-        raise UserError(f"the box is {min(box):g} wide, but a bed needs three diameters, {3.0 * diameter.max():g}.")
+        raise UserError(f"the box is {min(box):g} wide, but a bed needs three diameters, "
+                        f"{3.0 * diameter.max():g} (--sizes {options.sizes}).")
     tolerance = TOLERANCE if options.tolerance is None else options.tolerance
     return Wish(box, height, diameter, options.seed, options.packing, tolerance, options.base, options.fixed), scene
 

@@ -195,8 +195,8 @@ def pocket(runner: Runner) -> Result:
     result.remarks.append(
         "The flow starts from a logarithmic profile over a square layer, bulk velocity 1 over 5 D, nu = 0.005; loads "
         "are means from t = 2.4 to 3. The four neighbours share cells with most of the grain's lower half, where "
-        "markers stand back. The bounds are what that costs on coarse grids: a tenth with six cells (torque: up to "
-        "ten), less from there on."
+        "markers stand back. The bounds are what that costs on coarse grids: a tenth with six cells, a twentieth from "
+        "eight on, and of the torque up to an eighth."
     )
     # Drag, lift, torque.
     bounds = {6: (0.1, 0.1, 0.1), 8: (0.03, 0.05, 0.12), 10: (0.03, 0.05, 0.05), 12: (0.03, 0.02, 0.05)}

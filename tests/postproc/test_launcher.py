@@ -254,6 +254,8 @@ def test_a_start_that_failed_is_taken_over(tmp_path):
     (tmp_path / "log.liggghts").touch()
     (tmp_path / "history.csv").write_text("step,time\n")  # its head, no row
     assert claimed(tmp_path) is None
+    (tmp_path / "profile.txt").touch()  # of the script's own fix ave/time
+    assert claimed(tmp_path) is None
     (tmp_path / "checkpoint_00000010").mkdir()
     assert claimed(tmp_path) == tmp_path.with_name(tmp_path.name + ".previous")
 
@@ -302,8 +304,9 @@ def test_a_refused_run_gives_its_place_back(tmp_path, started, monkeypatch, caps
 
     def programs(line, folder):
         assert (previous / "settings.toml").read_text() == "good"
-        for name in ["run.lock", "log.liggghts", "collisions.csv", *(["settings.toml"] if began else [])]:
+        for name in ["run.lock", "log.liggghts", "profile.txt", *(["settings.toml"] if began else [])]:
             (out / name).write_text("bad")
+        (out / "post").mkdir()  # of the script's own dump
         return 1
 
     monkeypatch.setattr(job, "run", programs)

@@ -10,7 +10,7 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from bedload_post import film, kept_page, path, picture, show, states, summary, transport
+from bedload_post import film, kept_page, overlap, path, picture, show, states, summary, transport
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import MissingOutput, Run
 from synthetic import wandering_story, write_run, write_samples
@@ -353,3 +353,20 @@ def test_a_scene_is_no_output(tmp_path):
     assert not kept_page.is_kept(tmp_path)
     with pytest.raises(MissingOutput, match="is a scene; the output of its runs is another folder"):
         Run(tmp_path)
+
+
+def test_a_run_without_its_settings_is_no_page(tmp_path):
+    (tmp_path / "history.csv").write_text("step,time\n1,0.1\n")
+    (tmp_path / "launch.json").write_text("{}")
+    assert not kept_page.is_kept(tmp_path)
+
+
+def test_tables_that_were_cut_off(tmp_path):
+    """One that is empty, as on a full disk, is said; a last row without its end is left out."""
+    (tmp_path / "settings.toml").touch()
+    (tmp_path / "history.csv").touch()
+    with pytest.raises(MissingOutput, match=r"history.csv is empty\."):
+        Run(tmp_path).history()
+    rows = "program,part,start,end\nbedload-dem,grain motion,0.0,0.5\nbedload-fluid,pres"
+    (tmp_path / "timeline.csv").write_text(rows)
+    assert overlap.read(tmp_path) == [("bedload-dem", "grain motion", 0.0, 0.5)]

@@ -51,7 +51,7 @@ dump_modify  films sort id format "%d {numbers}"
 coupled_run
 """
 
-ENDS = {"p": '"periodic"', "f": '["free_slip", "no_slip"]'}
+ENDS = {"p": '"periodic"', "f": '["free_slip", "no_slip"]', "u": '["no_slip", "free_slip"]'}
 
 
 def coupled(folder, script, ends="ppp", ranks=(1, 1)):
@@ -74,7 +74,8 @@ def films_of(folder, script, ends="ppp", ranks=(1, 1)):
 
 def torques(folder, spheres, model, wet="fix fluid all couple/fluid", ends="ppp"):
     """Torques about z of sphere 1 in each DEM step, by what markers leave and by the fluid, over its spin."""
-    script = SCRIPT.format(boundary=" ".join(ends), spheres=spheres, wet=wet, model=model, numbers="%.15g " * 3)
+    script = SCRIPT.format(boundary=" ".join(ends).replace("u", "f"), spheres=spheres, wet=wet, model=model,
+                           numbers="%.15g " * 3)  # fmt: skip
     rows = [row.split() for row in films_of(folder, script, ends).splitlines() if row.startswith("1 ")]
     numbers = np.array(rows, dtype=float)
     assert len(numbers) == STEPS * SUBSTEPS + 1
@@ -135,17 +136,17 @@ def test_images_behind_free_slip_ends(tmp_path):
     roll = logarithms(2 * gap)[1]
     expected = -((RADIUS + gap) ** 2) * np.pi * VISCOSITY * 0.5 * RADIUS * 2.4 * roll
     by_fluid = []
-    for ends in ("fpp", "pfp"):
+    for ends, upper in (("fpp", False), ("pfp", False), ("upp", True)):
         place = [2.0, 2.0, 2.0]
-        place[ends.index("f")] = RADIUS + gap
+        place[0 if upper else ends.index("f")] = 4.0 - RADIUS - gap if upper else RADIUS + gap
         spheres = (
-            f"create_atoms 2 single {' '.join(map(str, place))} units box\ncreate_atoms 1 single 3 3 2 units box\n"
+            f"create_atoms 2 single {' '.join(map(str, place))} units box\ncreate_atoms 1 single 1.6 3.2 2 units box\n"
             f"set atom 1 diameter 1 density 1000 omegaz {SPIN}\nset atom 2 diameter 1 density 1000"
         )
         left_there, fluid = torques(tmp_path / ends, spheres, MODELS["actm"], ends=ends)
         assert left_there == pytest.approx(expected, rel=0.02)
         by_fluid.append(fluid[-1])
-    assert by_fluid[0] == pytest.approx(by_fluid[1], rel=2e-3)
+    assert by_fluid == pytest.approx([by_fluid[0]] * 3, rel=2e-3)
 
 
 DUMPED = "x y z vx vy vz omegax omegay omegaz mass radius"
@@ -183,6 +184,33 @@ def test_free_spheres_of_two_sizes_keep_momentum(tmp_path, gap):
     strength, (share_slide, share_roll) = np.pi * VISCOSITY * a * b / (a + b), logarithms(gap)
     expected = -2.0 * strength * share_slide * slide - 2.4 * chi * strength * share_roll * roll
     assert force[0] == pytest.approx(expected, abs=0.01 * unit)
+
+
+@pytest.mark.parametrize("ranks", [(1, 2), (1, 4), (2, 1)])
+def test_the_same_on_any_ranks_and_through_seams(tmp_path, ranks):
+    """A chain of three unequal spheres across two periodic seams, all of them free: in any place and on any ranks what
+    it is in the middle on one."""
+    radii, gaps = (0.5, 0.4, 0.45), (0.02, -1e-4)
+    n = np.array([0.6, 0.64, 0.48])
+    ways = np.cumsum([0.0, radii[0] + gaps[0] + radii[1], radii[1] + gaps[1] + radii[2]])
+    dumps = []
+    for name, start, on in (("middle", np.array([1.2, 1.2, 1.3]), (1, 1)), ("seams", np.array([3.7, 1.7, 3.3]), ranks)):
+        lines = []
+        for k, (way, radius) in enumerate(zip(ways, radii, strict=True), 1):
+            place = (start + way * n) % 4.0
+            lines += [f"create_atoms {min(k, 2)} single {' '.join(f'{x:.17g}' for x in place)} units box",
+                      f"set atom {k} diameter {2 * radius} density 1000 vx {0.02 * k} omegax {0.3 - 0.2 * k} "
+                      f"omegaz {0.4 * k}"]  # fmt: skip
+        columns = "".join(f" f_couple_film[{k}]" for k in range(1, 7))
+        script = SCRIPT.format(boundary="p p p", spheres="\n".join(lines), wet="fix fluid all couple/fluid",
+                               model=MODELS["actm"], numbers="%.17g " * 6)  # fmt: skip
+        script = script.replace("id omegaz f_couple_film[6] f_couple_torque[3]", f"id{columns}")
+        script = script.replace("free nve", "all nve").replace("fix          still held freeze\n", "")
+        rows = [row.split() for row in films_of(tmp_path / name, script, ranks=on).splitlines()]
+        dumps.append(np.array([row[1:] for row in rows if len(row) == 7 and row[0] in "123"], dtype=float)[3:])
+    middle, elsewhere = dumps
+    assert len(middle) == 3 * STEPS * SUBSTEPS and np.abs(middle).max() > 0.0
+    assert elsewhere == pytest.approx(middle, abs=1e-6 * np.abs(middle).max())
 
 
 def test_loads_can_be_read_before_there_are_any(tmp_path):
@@ -226,3 +254,12 @@ def test_a_contact_model_that_tells_nothing(tmp_path, tangential, told):
     result = coupled(tmp_path, script)
     assert result.status == 0, result.output
     assert ("contact model is none that bedload knows" in result.output) == told
+
+
+def test_no_contacts_no_markers_films(tmp_path):
+    """Nobody tells which spheres are close: a warning."""
+    script = SCRIPT.format(boundary="p p p", spheres=pair(0.0125), wet="fix fluid all couple/fluid", model="",
+                           numbers="%.15g " * 3)  # fmt: skip
+    result = coupled(tmp_path, script)
+    assert result.status == 0, result.output
+    assert "there is no pair_style, so that spheres that slide or roll" in result.output

@@ -160,6 +160,24 @@ def test_the_runs_own_values_hold(tmp_path):
     assert result.status == 0 and "fluid.density = 1.25 " in (third / "settings.toml").read_text()
 
 
+def test_a_value_of_several_words_stays_one(tmp_path):
+    """A run that goes on is given it as one word, as the first run was; several values stay several."""
+    script = tmp_path / "in"
+    used = "shell echo ${words} ${first} >> ${out}/said.txt\nnext first\nshell echo ${first} >> ${out}/said.txt\n"
+    assert HOLD.count("coupled_run") == 1
+    script.write_text(HOLD.replace("coupled_run", f"{used}coupled_run"))
+    first = tmp_path / "first"
+    result = job(first, "--steps", "1", script=script,
+                 dem_more=("-var", "words", "law published", "-var", "first", "1", "2"))  # fmt: skip
+    assert result.status == 0, result.output
+    second = tmp_path / "second"
+    again = job(second, "--steps", "1", restart=first, script=script)
+    assert again.status == 0, again.output
+    for out in (first, second):
+        assert (out / "said.txt").read_text() == "law published 1\n2\n"
+    assert not [text for text in told(again.output) if "words" in text or "first" in text]
+
+
 def test_other_fixed_spheres_without_liggghts(tmp_path):
     (tmp_path / "fluid.toml").write_text((SCENE / "fluid.toml").read_text())
     (tmp_path / "spheres.txt").write_text("1 1 1 0.4\n3 1 1 0.3\n")

@@ -28,6 +28,15 @@ def test_mistakes(tmp_path, mistake):
     assert len(said) == 1 and sentence in said[0], result.output
 
 
+@pytest.mark.parametrize("mistake", ["bare script", "no such script", "no script"])
+def test_mistakes_in_a_coupled_job(tmp_path, mistake):
+    """The whole job ends by the one sentence of the program that knows."""
+    words, sentence = MISTAKES[mistake]
+    result = run(command([FLUID, TOML, "--out", str(tmp_path / "out")], words, (1, 1)), tmp_path)
+    assert result.status != 0
+    assert [sentence in said for said in spoken(result.output)] == [True], result.output
+
+
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     out = tmp_path_factory.mktemp("finished") / "out"
