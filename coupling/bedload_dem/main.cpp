@@ -134,6 +134,9 @@ void take_variables(const Job& job, DemSide& side, std::vector<std::string>& wor
   if (job.rank() == 0)
     for (const std::string& sentence : unused_variables(script))
       fmt::print(stderr, "bedload-dem: WARNING: {}.\n", sentence);
+  if (job.rank() == 0 && !side.restart_file().empty())
+    for (const std::string& sentence : keep_tables(script.tables))
+      fmt::print("bedload-dem: NOTE: {}.\n", sentence);
   side.set_script(std::move(script));
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <set>
@@ -39,9 +40,22 @@ std::string substituted(std::string text, const std::map<std::string, std::strin
   return text;
 }
 
+/// The file that a line of the script begins anew, as a fix that averages or prints does; else
+/// none.
+std::string table_of(const std::vector<std::string>& words,
+                     const std::map<std::string, std::string>& values) {
+  if (words.size() < 4 || words[0] != "fix") return {};
+  const std::string style = substituted(words[3], values);
+  if (style != "print" && !style.starts_with("ave/")) return {};
+  const auto key = std::find(words.begin() + 4, words.end(), "file");
+  if (key == words.end() || key + 1 == words.end()) return {};
+  const std::string file = substituted(key[1], values);
+  return file.find('$') == std::string::npos ? file : std::string{};
+}
+
 /// Appends the commands of a file; false: it cannot be read.
 bool append_file(const std::string& file, int depth, std::map<std::string, std::string>& values,
-                 std::vector<std::string>& lines) {
+                 RunScript& script) {
   std::ifstream stream(file);
   if (!stream || depth > deepest_include) return false;
   std::string command;
@@ -61,9 +75,11 @@ bool append_file(const std::string& file, int depth, std::map<std::string, std::
     if (words.size() > 3 && words[0] == "variable" && words[2] == "string")
       values[words[1]] = substituted(words[3], values);
     if (words.size() == 2 && words[0] == "include" &&
-        append_file(substituted(words[1], values), depth + 1, values, lines))
+        append_file(substituted(words[1], values), depth + 1, values, script))
       continue;
-    lines.push_back(fmt::format("{}", fmt::join(words, " ")));
+    if (std::string table = table_of(words, values); !table.empty())
+      script.tables.push_back(std::move(table));
+    script.lines.push_back(fmt::format("{}", fmt::join(words, " ")));
   }
   return true;
 }
@@ -127,7 +143,7 @@ RunScript read_run_script(const std::vector<std::string>& words) {
   std::map<std::string, std::string> values;
   for (const auto& [name, given] : script.variables)
     values.emplace(name, given.empty() ? "" : given.front());
-  append_file(file, 0, values, script.lines);
+  append_file(file, 0, values, script);
   return script;
 }
 
@@ -167,6 +183,25 @@ std::vector<std::string> missing_variables(const RunScript& before, const RunScr
     words.insert(words.end(), values.begin(), values.end());
   }
   return words;
+}
+
+std::vector<std::string> keep_tables(const std::vector<std::string>& tables) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> sentences;
+  for (const fs::path table : tables) {
+    std::error_code error;
+    if (!fs::is_regular_file(table, error) || fs::file_size(table, error) == 0) continue;
+    fs::path kept;
+    for (int part = 1; kept.empty() || fs::exists(kept, error); ++part)
+      kept = fs::path(table).replace_extension(
+          fmt::format(".part{}{}", part, table.extension().string()));
+    fs::rename(table, kept, error);
+    sentences.push_back(error ? fmt::format("{} could not be kept ({}) and begins anew",
+                                            table.string(), error.message())
+                              : fmt::format("{} begins anew; what it held is {} now",
+                                            table.string(), kept.string()));
+  }
+  return sentences;
 }
 
 std::vector<std::string> differences(const RunScript& before, const RunScript& now) {

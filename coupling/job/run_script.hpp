@@ -17,6 +17,9 @@ struct RunScript {
   /// that it includes stand in place of the line.
   std::vector<std::string> lines;
   std::vector<Variable> variables;
+  /// Files that fixes of the script begin anew (fix ave/..., print), as far as the command line and
+  /// the script say their names; not in checkpoints.
+  std::vector<std::string> tables;
 
   void save(const SaveGroup& group) const;
   void load(const LoadGroup& group);
@@ -33,6 +36,10 @@ std::vector<std::string> unused_variables(const RunScript& script);
 
 /// Words of a command line that give LIGGGHTS those variables of `before` that `now` does not set.
 std::vector<std::string> missing_variables(const RunScript& before, const RunScript& now);
+
+/// Moves `tables` that hold something to the first of NAME.part1.ENDING, NAME.part2.ENDING, ...
+/// that is free, and returns a sentence for each: what a run has written stays when it goes on.
+std::vector<std::string> keep_tables(const std::vector<std::string>& tables);
 
 /// What differs between two runs, a sentence each; `out`, where a run writes, and `inputs`, where
 /// its parts come from, may.

@@ -54,6 +54,28 @@ def test_they_are_added_to(begun):
         assert steps_in(out / f"each_{step}.txt") == [step]
 
 
+def test_tables_of_the_script_s_own_fixes_are_kept(tmp_path):
+    """They begin anew, and what the parts before wrote stands beside them, also where nothing was left to do."""
+    script, out = tmp_path / "in.liggghts", tmp_path / "out"
+    tables = ("variable name string mean\nvariable n equal step\n"
+              "fix mean all ave/time 15 1 15 v_n file ${out}/${name}.txt\n"
+              "fix say all print 15 'at ${n}' file ${out}/said.txt screen no\n")  # fmt: skip
+    script.write_text(SCRIPT.replace("coupled_run", f"{tables}coupled_run"))
+    steps = []
+    for part, more in enumerate(("2", "2", "1")):
+        result = job(out, "--steps", more, script=script, restart=out if part else None)
+        assert result.status == 0, result.output
+        assert result.output.count("begins anew; what it held is") == (2 if part else 0)
+        rows = [row.split() for row in (out / "mean.txt").read_text().splitlines() if not row.startswith("#")]
+        steps.append([int(row[0]) for row in rows])
+    assert steps[1][0] > steps[0][-1] - 15
+    for part in (1, 2):
+        kept = [row.split()[0] for row in (out / f"mean.part{part}.txt").read_text().splitlines() if row[0] != "#"]
+        assert list(map(int, kept)) == steps[part - 1]
+        assert "at " in (out / f"said.part{part}.txt").read_text()
+    assert not (out / "mean.part3.txt").exists()
+
+
 def test_the_table_of_collisions_keeps_its_rows(tmp_path):
     """Also where a command between two coupled runs, of which the first is over, initialises LIGGGHTS before its clock
     is set: a grain just above the bed has met it, in a collision of one step, before the checkpoint behind step 8."""
