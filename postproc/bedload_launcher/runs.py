@@ -142,7 +142,7 @@ def start(ask: Ask) -> tuple[int, Path]:
         )
         return status, out
     if status != 0:
-        last = None if goes_on and checkpoint_mark(out) == reached else last_checkpoint(out)  # it went on from that
+        last = last_checkpoint(out)
         how = f"; go on with --restart {shlex.quote(str(last))}" if last else ""
         print(f"bedload: the run ended with status {status}; its output is {out}{how}", file=sys.stderr)
     return status, out
