@@ -155,7 +155,8 @@ void FixLubrication::setup_pre_force(int) {
 
 void FixLubrication::pre_force(int) {
   forget();
-  of_pair_ = contact::unresolved_of_pair(diffusion_.number());
+  diffusion_number_ = diffusion_.number();
+  of_pair_ = contact::unresolved_of_pair(diffusion_number_);
   if (!knows_loads()) return;
   if (loads_stale_ || loads_known_ != loads_received_.get()) {
     loads_stale_ = false;
@@ -323,7 +324,7 @@ contact::SlideAndRoll FixLubrication::missing_logarithms(const Surfaces& s) cons
   const auto all = contact::unresolved_logarithms_of_pair(cells);
   if (marker_film_ == nullptr || !in_fluid(s)) return all;
   return contact::rest_of(
-      contact::rest_of(all, contact::logarithms_of_short_steps(cells, diffusion_.number())),
+      contact::rest_of(all, contact::logarithms_of_short_steps(cells, diffusion_number_)),
       marker_film_->logarithms(apart));
 }
 

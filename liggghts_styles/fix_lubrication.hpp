@@ -178,8 +178,8 @@ class FixLubrication : public LAMMPS_NS::Fix {
   LAMMPS_NS::FixPropertyAtom* fluid_force_ = nullptr;  // of it, too
   FluidValue fluid_density_, loads_received_;
   FluidDiffusion diffusion_;
-  contact::UnresolvedShare of_pair_ =  // in this step
-      contact::unresolved_of_pair(contact::usual_diffusion_number);
+  double diffusion_number_ = contact::usual_diffusion_number;  // in this step, and
+  contact::UnresolvedShare of_pair_ = contact::unresolved_of_pair(diffusion_number_);
   std::vector<Vector> loads_;  // accelerations of local and ghost spheres by the fluid [m/s²]
   std::vector<double> borne_;  // of local and ghost spheres, borne_column() when loads_ was made
   double loads_known_ = 0;     // loads_received_ when loads_ was made

@@ -62,7 +62,12 @@ void FixMarkerFilm::init() {
 contact::SlideAndRoll FixMarkerFilm::logarithms(double gap) const {
   const double cells = gap / cell_.get();
   if (cells > contact::left_by_markers_to) return none;
-  return contact::logarithms_left_by_markers(cells, diffusion_.number());
+  return contact::logarithms_left_by_markers(cells, diffusion_number_);
+}
+
+void FixMarkerFilm::pre_force(int) {
+  films_.clear();
+  diffusion_number_ = diffusion_.number();
 }
 
 void FixMarkerFilm::add(int i, int j, double gap, const double* normal) {

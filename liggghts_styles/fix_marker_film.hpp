@@ -26,8 +26,8 @@ class FixMarkerFilm : public LAMMPS_NS::Fix {
 
   int setmask() override;
   void init() override;
-  void setup_pre_force(int) override { films_.clear(); }
-  void pre_force(int) override { films_.clear(); }
+  void setup_pre_force(int) override { pre_force(0); }
+  void pre_force(int) override;
   int pack_comm(int count, int* list, double* buffer, int, int*) override;
   void unpack_comm(int count, int first, double* buffer) override;
 
@@ -63,8 +63,9 @@ class FixMarkerFilm : public LAMMPS_NS::Fix {
   Mobility mobility_;
   FluidValue viscosity_, cell_;
   FluidDiffusion diffusion_;
-  std::span<const double> free_slip_;  ///< of the ends of the fluid's box
-  double reach_ = 0;                   ///< widest gap [m]
+  double diffusion_number_ = contact::usual_diffusion_number;  ///< λ in this step
+  std::span<const double> free_slip_;                          ///< of the ends of the fluid's box
+  double reach_ = 0;                                           ///< widest gap [m]
   bool pairs_told_ = false;
 };
 

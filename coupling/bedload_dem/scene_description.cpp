@@ -95,6 +95,7 @@ std::string describe_effects(LAMMPS_NS::LAMMPS* lmp) {
   const bool contacts = lmp->force->pair != nullptr;
   const auto* film =
       dynamic_cast<const FixLubrication*>(lmp->modify->find_fix_style_strict("lubrication", 0));
+  const std::string left = contacts ? "; what markers leave between spheres acts" : "";
   const auto line = [](const char* effect, bool on, const std::string& why) {
     return fmt::format("{}\t{}\t{}\n", effect, on ? "on" : "off", why);
   };
@@ -106,10 +107,9 @@ std::string describe_effects(LAMMPS_NS::LAMMPS* lmp) {
                   : "the LIGGGHTS script has no fix lubrication; the grid alone lacks most of a "
                     "film much thinner than h/3") +
          line("films against sliding and rolling", film != nullptr && film->tangential(),
-              film == nullptr      ? "no fix lubrication; what markers leave between spheres acts"
+              film == nullptr      ? "no fix lubrication" + left
               : film->tangential() ? "fix lubrication, tangential on"
-                                   : "fix lubrication, tangential off or law published; what "
-                                     "markers leave between spheres acts");
+                                   : "fix lubrication, tangential off or law published" + left);
 }
 
 }  // namespace bedload

@@ -94,40 +94,48 @@ void warn_of_unequal_masses(const Settings& s, const SphereExtremes& spheres,
                   s.file, spheres.heaviest / spheres.lightest, what));
 }
 
+/// Of x, y and z, those periodic directions that gravity has a part along, but x where `driving` is
+/// what moves the flow.
+std::vector<std::size_t> falling_through(const Settings& s, Driving driving) {
+  const std::array ends{s.boundary.x, s.boundary.y, s.boundary.z};
+  std::vector<std::size_t> directions;
+  for (std::size_t d = 0; d < 3; ++d)
+    if (s.fluid.gravity[d] != 0.0 && ends[d][0] == Wall::periodic &&
+        (d != 0 || s.flow.driving != driving))
+      directions.push_back(d);
+  return directions;
+}
+
+/// Whether one of the box's six ends is of this kind.
+bool has_end(const Settings& s, Wall kind) {
+  const std::array ends{s.boundary.x, s.boundary.y, s.boundary.z};
+  return std::any_of(ends.begin(), ends.end(),
+                     [kind](const auto& e) { return e[0] == kind || e[1] == kind; });
+}
+
 /// Along a periodic direction nothing can hold the fluid up against gravity but a pressure gradient
 /// that nobody asked for. In a box without walls, where spheres settle, it is what is meant.
 void warn_of_slope(const Settings& s, std::vector<std::string>& found) {
-  const std::array ends{s.boundary.x, s.boundary.y, s.boundary.z};
-  if (std::all_of(ends.begin(), ends.end(), [](const auto& e) { return e[0] == Wall::periodic; }))
-    return;
-  for (std::size_t d = 0; d < 3; ++d) {
-    if (s.fluid.gravity[d] == 0.0 || ends[d][0] != Wall::periodic) continue;
-    if (d == 0 && s.flow.driving == Driving::gravity) continue;
+  if (!has_end(s, Wall::no_slip) && !has_end(s, Wall::free_slip)) return;
+  for (const std::size_t d : falling_through(s, Driving::gravity))
     found.push_back(fmt::format(
-        "{}: 'fluid.gravity' has the part {} along {}, which is periodic: it moves no fluid, as if "
-        "a pressure gradient held it, and gives the spheres buoyancy{}.",
+        "{}: 'fluid.gravity' has the part {} along {}, which is periodic: the fluid's own weight "
+        "moves nothing there, as if a pressure gradient held it, and gives the spheres buoyancy{}.",
         s.file, s.fluid.gravity[d], "xyz"[d],
         d == 0 ? "; for a flow down a slope set 'flow.driving' = \"gravity\"" : ""));
-  }
 }
 
 /// Where no wall and no driving holds a box back, spheres and fluid fall together.
 void warn_of_free_fall(const Settings& s, const SphereExtremes& spheres,
                        std::vector<std::string>& found) {
-  const std::array ends{s.boundary.x, s.boundary.y, s.boundary.z};
-  const auto no_slip = [](const auto& e) { return e[0] == Wall::no_slip || e[1] == Wall::no_slip; };
-  if (!spheres.weigh || s.fringe.rate > 0.0 || std::any_of(ends.begin(), ends.end(), no_slip))
-    return;
-  for (std::size_t d = 0; d < 3; ++d) {
-    if (s.fluid.gravity[d] == 0.0 || ends[d][0] != Wall::periodic) continue;
-    if (d == 0 && s.flow.driving == Driving::bulk_velocity) continue;
+  if (!spheres.weigh || s.fringe.rate > 0.0 || has_end(s, Wall::no_slip)) return;
+  for (const std::size_t d : falling_through(s, Driving::bulk_velocity))
     found.push_back(fmt::format(
         "{}: 'fluid.gravity' acts along {}, where nothing holds the box back: the spheres' weight "
         "accelerates them and the fluid together for as long as the run lasts; only velocities "
         "relative to the fluid's mean become steady. Along x 'flow.driving' = \"bulk_velocity\" "
         "with 'flow.bulk_velocity' = 0 holds it.",
         s.file, "xyz"[d]));
-  }
 }
 
 /// Transforms take a line of points for one period.
