@@ -84,7 +84,7 @@ void FixLubrication::prepare(const LAMMPS_NS::Fix* wall) {
   viscosity_ = viscosity_setting_ > 0 ? FluidValue::constant(viscosity_setting_)
                                       : FluidValue::find(lmp, "viscosity", "fluidViscosity");
   fluid_cell_ = FluidValue::find(lmp, "cell_size", "fluidCellSize");
-  free_slip_ = find_free_slip(lmp);
+  ends_ = find_fluid_ends(lmp);
   const double h = fluid_cell_.known() ? fluid_cell_.get() : 0;
   range_ = range_setting_ > 0 ? range_setting_ : default_range * h;
   cell_size_ = law_ == "published" ? 0 : h;
@@ -157,6 +157,7 @@ void FixLubrication::pre_force(int) {
   forget();
   diffusion_number_ = diffusion_.number();
   of_pair_ = contact::unresolved_of_pair(diffusion_number_);
+  at_wall_ = contact::unresolved_at_wall(diffusion_number_);
   if (!knows_loads()) return;
   if (loads_stale_ || loads_known_ != loads_received_.get()) {
     loads_stale_ = false;
@@ -228,8 +229,8 @@ double FixLubrication::damping_in_collision(const Surfaces& s) const {
     if (!(w > 0)) continue;
     const double radius = atom->radius[k], added = contact::added_mass(radius, density);
     // An image comes as fast as its sphere.
-    const double image = s.mirrored() ? 2 : 1, closeness = s.effective_radius / radius / image;
-    const double lasting = contact::lasting_share(1 / w, added, closeness);
+    const double image = s.mirrored() ? 2 : 1;
+    const double lasting = contact::lasting_share(1 / w, added);
     const double age =
         contact::collision_layer_age(nu, s.collision_time, cell_size_, image * s.speed, lasting);
     share += mass * w * contact::viscous_share(radius, 1 / w, added, density, nu, age);
@@ -252,8 +253,10 @@ FixLubrication::End FixLubrication::end_at(const Surfaces& s) const {
     const double end = lower ? domain->boxlo[d] : domain->boxhi[d];
     if (domain->periodicity[d] == 0 && std::abs(s.normal[d]) > 0.5 &&
         std::abs(foot - end) < nearby * fluid_cell_.get())
-      return free_slip_[static_cast<std::size_t>(2 * d + (lower ? 0 : 1))] != 0 ? End::free_slip
-                                                                                : End::no_slip;
+      return ends_[static_cast<std::size_t>(2 * d + (lower ? 0 : 1))].kind ==
+                     FluidEnd::Kind::free_slip
+                 ? End::free_slip
+                 : End::no_slip;
   }
   return End::none;
 }
@@ -269,7 +272,7 @@ double FixLubrication::coefficient(const Surfaces& s, double opening) const {
     // The grid has the spheres in the fluid, and of the walls those where its box ends.
     if (s.end != End::none) {
       const bool wall = s.j < 0 && !s.mirrored();
-      const auto& share = wall ? contact::unresolved_at_wall : of_pair_;
+      const auto& share = wall ? at_wall_ : of_pair_;
       per_gap *= share(std::max(0.0, gap) / cell_size_);
       if (s.colliding) per_gap -= (1 - s.weight) * part * share.resolved_at_touch / cell_size_;
     }
@@ -319,7 +322,14 @@ void FixLubrication::add(const Surfaces& met) {
 contact::SlideAndRoll FixLubrication::missing_logarithms(const Surfaces& s) const {
   const double h = fluid_cell_.get(), smallest = smallest_gap_ * s.smaller_radius;
   const bool wall = s.j < 0 && !s.mirrored();
-  if (wall) return contact::unresolved_logarithms_at_wall(std::max(s.gap, smallest) / h);
+  if (wall) {
+    const double cells = std::max(s.gap, smallest) / h;
+    const auto all = contact::unresolved_logarithms_at_wall(cells);
+    if (marker_film_ == nullptr || s.end != End::no_slip) return all;
+    return contact::rest_of(
+        contact::rest_of(all, contact::logarithms_of_short_steps_at_wall(cells, diffusion_number_)),
+        {marker_film_->left_at_wall(s.gap).slide, 0});
+  }
   const double apart = s.mirrored() ? 2 * s.gap : s.gap, cells = std::max(apart, smallest) / h;
   const auto all = contact::unresolved_logarithms_of_pair(cells);
   if (marker_film_ == nullptr || !in_fluid(s)) return all;

@@ -163,9 +163,9 @@ class FixLubrication : public LAMMPS_NS::Fix {
   double viscosity_setting_ = 0, range_setting_ = 0, smallest_gap_setting_ = 0;
   double smallest_gap_ = 0;  // radii
   double viscosity_now_ = 0, range_ = 0;
-  double cell_size_ = 0;   // of the grid that resolves a part of the films; 0: none does
-  FluidValue fluid_cell_;  // live: there is a fluid, whose box ends where LIGGGHTS' does
-  std::span<const double> free_slip_;  // of the ends of its box
+  double cell_size_ = 0;            // of the grid that resolves a part of the films; 0: none does
+  FluidValue fluid_cell_;           // live: there is a fluid, whose box ends where LIGGGHTS' does
+  std::span<const FluidEnd> ends_;  // of its box
   FluidValue viscosity_;
   Mobility mobility_;
   ContactObservers contact_observers_;
@@ -180,6 +180,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   FluidDiffusion diffusion_;
   double diffusion_number_ = contact::usual_diffusion_number;  // in this step, and
   contact::UnresolvedShare of_pair_ = contact::unresolved_of_pair(diffusion_number_);
+  contact::UnresolvedShare at_wall_ = contact::unresolved_at_wall(diffusion_number_);
   std::vector<Vector> loads_;  // accelerations of local and ghost spheres by the fluid [m/s²]
   std::vector<double> borne_;  // of local and ghost spheres, borne_column() when loads_ was made
   double loads_known_ = 0;     // loads_received_ when loads_ was made

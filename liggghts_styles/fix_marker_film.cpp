@@ -47,7 +47,7 @@ void FixMarkerFilm::init() {
   viscosity_ = FluidValue::find(lmp, "viscosity", "");
   cell_ = FluidValue::find(lmp, "cell_size", "");
   diffusion_ = FluidDiffusion::find(lmp);
-  free_slip_ = find_free_slip(lmp);
+  ends_ = find_fluid_ends(lmp);
   if (!pairs_told_ && (force->pair != nullptr || group->count(igroup) > 1))
     warn(lmp, "fix couple/fluid",
          std::string(force->pair != nullptr
@@ -63,6 +63,12 @@ contact::SlideAndRoll FixMarkerFilm::logarithms(double gap) const {
   const double cells = gap / cell_.get();
   if (cells > contact::left_by_markers_to) return none;
   return contact::logarithms_left_by_markers(cells, diffusion_number_);
+}
+
+contact::LeftAtWall FixMarkerFilm::left_at_wall(double gap) const {
+  const double cells = gap / cell_.get();
+  if (cells > contact::left_by_markers_to) return {};
+  return contact::left_by_markers_at_wall(cells, diffusion_number_);
 }
 
 void FixMarkerFilm::pre_force(int) {
@@ -82,33 +88,52 @@ void FixMarkerFilm::add(int i, int j, double gap, const double* normal) {
               false});
 }
 
-/// Spheres beside the planes of symmetry, where no wall of the script need stand.
-void FixMarkerFilm::add_images() {
-  for (std::size_t end = 0; end < free_slip_.size(); ++end) {
+/// Spheres beside the ends of the box, where no wall of the script need stand.
+void FixMarkerFilm::add_ends() {
+  const double reach = contact::left_by_markers_to * cell_.get();
+  for (std::size_t end = 0; end < ends_.size(); ++end) {
     const auto d = static_cast<int>(end / 2);
-    if (free_slip_[end] == 0 || domain->periodicity[d] != 0) continue;
+    const FluidEnd& here = ends_[end];
+    if (here.kind == FluidEnd::Kind::periodic) continue;
     const bool lower = end % 2 == 0;
     contact::Vector3 normal{};
-    normal[d] = lower ? 1 : -1;
+    normal[static_cast<std::size_t>(d)] = lower ? 1 : -1;
+    const double position = (lower ? domain->boxlo : domain->boxhi)[d];
     for (int i = 0; i < atom->nlocal; ++i) {
-      const double a = atom->radius[i];
-      const double gap =
-          normal[d] * (atom->x[i][d] - (lower ? domain->boxlo : domain->boxhi)[d]) - a;
-      // An image is twice as far away as the plane of the mirror.
-      const contact::SlideAndRoll left = in_fluid(i) ? logarithms(2 * gap) : none;
-      if (left.slide + left.roll == 0 || mobility_.held(atom->mask[i])) continue;
-      films_.add({i,
-                  -1,
-                  normal,
-                  {},
-                  contact::tangential_film_of_pair(viscosity_.get(), a, a, 2 * gap, left),
-                  true});
+      const double gap = (lower ? 1 : -1) * (atom->x[i][d] - position) - atom->radius[i];
+      if (gap > reach || !in_fluid(i) || mobility_.held(atom->mask[i])) continue;
+      if (here.kind == FluidEnd::Kind::free_slip)
+        add_image(i, normal, gap);
+      else
+        add_wall(i, normal, gap, here.velocity);
     }
   }
 }
 
+/// A free-slip end is a plane of symmetry: the image is twice as far away.
+void FixMarkerFilm::add_image(int i, const contact::Vector3& normal, double gap) {
+  const contact::SlideAndRoll left = logarithms(2 * gap);
+  if (left.slide + left.roll == 0) return;
+  const double a = atom->radius[i];
+  films_.add({i,
+              -1,
+              normal,
+              {},
+              contact::tangential_film_of_pair(viscosity_.get(), a, a, 2 * gap, left),
+              true});
+}
+
+void FixMarkerFilm::add_wall(int i, const contact::Vector3& normal, double gap,
+                             const contact::Vector3& velocity) {
+  const contact::LeftAtWall left = left_at_wall(gap);
+  films_.add({i, -1, normal, velocity,
+              contact::tangential_film_at_wall(viscosity_.get(), atom->radius[i], gap,
+                                               {left.slide, 0}, left.drag),
+              false});
+}
+
 void FixMarkerFilm::act(double** loads) {
-  add_images();
+  add_ends();
   for (int i = 0; i < atom->nlocal; ++i) std::fill_n(loads[i], 6, 0.0);
   films_.sum_rates(*atom, mobility_);
   if (comm->nprocs > 1 || films_.size() > 0) comm->forward_comm_fix(this);

@@ -9,14 +9,16 @@
 
 namespace bedload {
 
-/// What markers that stand back from the cells that two spheres share leave of the fluid's
-/// resistance to sliding and rolling (fluid/immersed_boundary/README.md, "Surfaces in the same
-/// cells"), between the spheres of the group and at their images behind free-slip ends, with any
-/// contact model, in contact, too. It belongs to the fluid's force and not to a model's film:
-/// fix couple/fluid makes this fix and calls it with its own loads; no script needs to.
+/// What markers that stand back from the cells that two spheres share, or a sphere and a wall of
+/// the fluid, leave of its resistance to sliding and rolling (fluid/immersed_boundary/README.md,
+/// "Surfaces in the same cells"): between the spheres of the group, at their images behind
+/// free-slip ends and at no-slip ends of the box, with any contact model, in contact, too. It
+/// belongs to the fluid's force and not to a model's film: fix couple/fluid makes this fix and
+/// calls it with its own loads; no script needs to.
 ///
-/// Formula: contact::logarithms_left_by_markers. Per-atom values: f_couple_film[1..3] force,
-/// [4..6] torque, mean over the DEM step, which fix couple/fluid keeps.
+/// Formulas: contact::logarithms_left_by_markers, contact::left_by_markers_at_wall. Per-atom
+/// values: f_couple_film[1..3] force, [4..6] torque, mean over the DEM step, which fix couple/fluid
+/// keeps.
 class FixMarkerFilm : public LAMMPS_NS::Fix {
  public:
   static constexpr const char* style_name = "marker/film";
@@ -52,19 +54,24 @@ class FixMarkerFilm : public LAMMPS_NS::Fix {
   /// Λ that it gives to two spheres in the fluid, or to one and its image, with `gap` [m] between
   /// them.
   contact::SlideAndRoll logarithms(double gap) const;
+  /// What it gives to a sphere in the fluid at a no-slip end.
+  contact::LeftAtWall left_at_wall(double gap) const;
 
   bool in_fluid(int i) const { return (atom->mask[i] & groupbit) != 0; }
   bool both_in_fluid(int i, int j) const { return in_fluid(i) && in_fluid(j); }
 
  private:
-  void add_images();
+  void add_ends();
+  void add_image(int i, const contact::Vector3& normal, double gap);
+  void add_wall(int i, const contact::Vector3& normal, double gap,
+                const contact::Vector3& velocity);
 
   TangentialFilms films_;
   Mobility mobility_;
   FluidValue viscosity_, cell_;
   FluidDiffusion diffusion_;
   double diffusion_number_ = contact::usual_diffusion_number;  ///< λ in this step
-  std::span<const double> free_slip_;                          ///< of the ends of the fluid's box
+  std::span<const FluidEnd> ends_;                             ///< of the fluid's box
   double reach_ = 0;                                           ///< widest gap [m]
   bool pairs_told_ = false;
 };

@@ -14,12 +14,13 @@ namespace bedload {
 
 namespace {
 
-const double* extract(LAMMPS_NS::LAMMPS* lmp, const char* style, std::string_view key) {
+template <class Value = double>
+const Value* extract(LAMMPS_NS::LAMMPS* lmp, const char* style, std::string_view key) {
   LAMMPS_NS::Fix* fix = lmp->modify->find_fix_style_strict(style, 0);
   int dimension = 0;
   return fix == nullptr
              ? nullptr
-             : static_cast<const double*>(fix->extract(std::string(key).c_str(), dimension));
+             : static_cast<const Value*>(fix->extract(std::string(key).c_str(), dimension));
 }
 
 /// What a script says of its fluid [value of `property`]: above 0, a density of 0 means none.
@@ -86,9 +87,9 @@ FluidValue find_viscosity(LAMMPS_NS::LAMMPS* lmp) {
   return of_fix == nullptr ? v : FluidValue::constant(*of_fix);
 }
 
-std::span<const double> find_free_slip(LAMMPS_NS::LAMMPS* lmp) {
-  const double* ends = extract(lmp, "couple/fluid", "free_slip");
-  return ends == nullptr ? std::span<const double>{} : std::span<const double>(ends, 6);
+std::span<const FluidEnd> find_fluid_ends(LAMMPS_NS::LAMMPS* lmp) {
+  const auto* ends = extract<FluidEnd>(lmp, "couple/fluid", "ends");
+  return ends == nullptr ? std::span<const FluidEnd>{} : std::span<const FluidEnd>(ends, 6);
 }
 
 double find_fluid_density(LAMMPS_NS::LAMMPS* lmp) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <string_view>
 
@@ -52,9 +53,14 @@ FluidValue require_fluid_time_step(LAMMPS_NS::LAMMPS* lmp, std::string_view styl
 /// may be unknown (a dry scene).
 FluidValue find_viscosity(LAMMPS_NS::LAMMPS* lmp);
 
-/// For the lower and the upper end of x, of y and of z: 1 where it is a free-slip wall of the
-/// fluid, else 0. Empty without a fix couple/fluid.
-std::span<const double> find_free_slip(LAMMPS_NS::LAMMPS* lmp);
+/// An end of the fluid's box.
+struct FluidEnd {
+  enum class Kind { periodic, no_slip, free_slip } kind = Kind::periodic;
+  std::array<double, 3> velocity{};  ///< of a no-slip wall, in its own plane [m/s]
+};
+
+/// The lower and the upper end of x, of y and of z. Empty without a fix couple/fluid.
+std::span<const FluidEnd> find_fluid_ends(LAMMPS_NS::LAMMPS* lmp);
 
 /// Density of the fluid [kg/m³], from the coupling or the property fluidDensity; 0 if unknown.
 double find_fluid_density(LAMMPS_NS::LAMMPS* lmp);

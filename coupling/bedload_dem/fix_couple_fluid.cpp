@@ -50,6 +50,11 @@ constexpr const char* overlap_name = "couple_overlap";
 constexpr const char* film_name = "couple_film";
 constexpr const char* marker_film_name = "couple_marker_film";  // the fix that finds those loads
 
+FluidEnd::Kind kind_of(EndKind end) {
+  if (end == EndKind::periodic) return FluidEnd::Kind::periodic;
+  return end == EndKind::no_slip ? FluidEnd::Kind::no_slip : FluidEnd::Kind::free_slip;
+}
+
 /// `size` numbers per atom that migrate with it and go into restart files.
 LAMMPS_NS::FixPropertyAtom* add_vector_per_atom(LAMMPS_NS::Modify& modify, const char* name,
                                                 std::size_t size, const char* caller) {
@@ -110,7 +115,8 @@ FixCoupleFluid::FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp_, int narg, char** arg)
   fluid_density_ = fluid.density;
   cell_size_ = fluid.cell_size;
   forcing_loops_ = static_cast<double>(fluid.forcing_loops);
-  std::copy(fluid.free_slip.begin(), fluid.free_slip.end(), free_slip_.begin());
+  for (std::size_t end = 0; end < ends_.size(); ++end)
+    ends_[end] = {kind_of(fluid.ends[end]), fluid.end_velocities[end]};
 }
 
 void FixCoupleFluid::post_create() {
@@ -181,10 +187,7 @@ void* FixCoupleFluid::extract(const char* name, int& dim) {
   if (wanted == "cell_size") return &cell_size_;
   if (wanted == "forcing_loops") return &forcing_loops_;
   if (wanted == "loads_received") return &loads_received_;
-  if (wanted == "free_slip") {  // as many numbers as the box has ends
-    dim = 1;
-    return free_slip_.data();
-  }
+  if (wanted == "ends") return ends_.data();
   if (wanted == "goes_on" && side_->restart_step() >= 0) return &dt_fluid_;
   return nullptr;
 }

@@ -9,6 +9,7 @@
 #include "coupling/checkpoint/script_atoms.hpp"
 #include "coupling/exchange/dem_side.hpp"
 #include "fix.h"
+#include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/keywords.hpp"
 
 namespace LAMMPS_NS {
@@ -130,7 +131,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   std::int64_t collisions_ = -1;
   double dt_fluid_ = 0.0, viscosity_ = 0.0, fluid_density_ = 0.0, cell_size_ = 0.0;
   double forcing_loops_ = 1.0;
-  std::array<double, 6> free_slip_{};  ///< 1 where an end of the box is: of x, y, z, lower, upper
+  std::array<FluidEnd, 6> ends_{};  ///< of the box: of x, y, z, lower, upper
   double loads_received_ = 0.0;  // how often; fix lubrication sends loads to ghosts when it changes
 };
 

@@ -43,14 +43,21 @@ std::int64_t steps_in(double time, double step) {
   return std::max<std::int64_t>(0, static_cast<std::int64_t>(std::ceil(time / step - rounding)));
 }
 
+EndKind kind_of(Wall wall) {
+  if (wall == Wall::periodic) return EndKind::periodic;
+  return wall == Wall::no_slip ? EndKind::no_slip : EndKind::free_slip;
+}
+
 FluidSceneInfo scene_info_of(const Settings& s, const Resumption* from) {
   FluidSceneInfo scene_info{};
   scene_info.length = s.grid.length;
   const auto periodic = [](const auto& ends) { return ends[0] == Wall::periodic ? 1 : 0; };
   scene_info.periodic = {periodic(s.boundary.x), periodic(s.boundary.y), periodic(s.boundary.z)};
   const std::array ends{s.boundary.x, s.boundary.y, s.boundary.z};
-  for (std::size_t end = 0; end < 6; ++end)
-    scene_info.free_slip[end] = ends[end / 2][end % 2] == Wall::free_slip ? 1 : 0;
+  for (std::size_t end = 0; end < 6; ++end) scene_info.ends[end] = kind_of(ends[end / 2][end % 2]);
+  scene_info.end_velocities = {s.boundary.x_lower_velocity, s.boundary.x_upper_velocity,
+                               s.boundary.y_lower_velocity, s.boundary.y_upper_velocity,
+                               s.boundary.z_lower_velocity, s.boundary.z_upper_velocity};
   scene_info.dem_steps =
       DemSteps::of(s.coupling.exchange == Exchange::stage, s.coupling.dem_steps).in_stage;
   scene_info.gravity = s.fluid.gravity;

@@ -16,7 +16,7 @@
 namespace bedload {
 
 /// Raised whenever a record below, or who sends it when, changes.
-inline constexpr std::int32_t protocol_number = 13;
+inline constexpr std::int32_t protocol_number = 14;
 
 using Triple = std::array<double, 3>;
 using Bytes = std::vector<std::byte>;
@@ -67,13 +67,16 @@ struct MotionHeader {
   double began, ended;      ///< clock [s] around the sub-steps, for the time line
 };
 
+enum class EndKind : std::int32_t { periodic, no_slip, free_slip };
+
 /// What the fluid knows of the scene: sent as soon as fluid.toml is read. The path of the grains'
 /// half of the checkpoint to start from follows as text.
 struct FluidSceneInfo {
   Triple length;  ///< box from the origin [L]
   std::array<std::int32_t, 3> periodic;
   std::array<std::int32_t, 3> dem_steps;  ///< stages.hpp
-  std::array<std::int32_t, 6> free_slip;  ///< lower and upper end of x, of y, of z
+  std::array<EndKind, 6> ends;            ///< lower and upper end of x, of y, of z
+  std::array<Triple, 6> end_velocities;   ///< of no-slip ones [L/T]
   Triple gravity;                         ///< [L/T^2]
   double density;                         ///< [M/L^3]
   double kinematic_viscosity;             ///< [L^2/T]

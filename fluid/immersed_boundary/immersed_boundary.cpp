@@ -78,8 +78,9 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
   const std::array ends{settings.boundary.x, settings.boundary.y, settings.boundary.z};
   for (std::size_t d = 0; d < ends.size(); ++d)
     for (const std::size_t end : {0, 1})
-      if (ends[d][end] == Wall::free_slip)
-        free_slip_ends_.push_back({static_cast<int>(d), end == 0 ? 0.0 : grid.length[d]});
+      if (ends[d][end] != Wall::periodic)
+        ends_.push_back({static_cast<int>(d), end == 0 ? 1.0 : -1.0,
+                         end == 0 ? 0.0 : grid.length[d], ends[d][end] == Wall::free_slip});
 }
 
 template <class Real>

@@ -246,11 +246,13 @@ class ImmersedBoundary {
   double viscosity_;                                                         ///< kinematic
   double deferred_impulse_share_, deferred_angular_share_, pressure_share_;  ///< settings
   Vec3 gravity_;
-  struct FreeSlipEnd {
+  struct End {
     int direction;
+    double inwards;   ///< 1 at the lower end of the box, -1 at the upper one
     double position;  ///< [L]
+    bool free_slip;   ///< else no-slip
   };
-  std::vector<FreeSlipEnd> free_slip_ends_;
+  std::vector<End> ends_;  ///< those that are not periodic
   Exchange exchange_;
   int most_loops_;
   bool interior_term_;  ///< in the loads of the mobile spheres

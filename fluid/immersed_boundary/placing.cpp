@@ -32,6 +32,14 @@ void take_nearer(const std::array<std::vector<double>, 3>& offsets, const Vec3& 
   }
 }
 
+/// The same beside a plane, over which the centre is at `height`; `inwards` is the sign of its
+/// normal along the direction of the offsets.
+void take_nearer_plane(const std::vector<double>& offsets, double height, double inwards,
+                       std::vector<double>& nearest) {
+  for (std::size_t m = 0; m < nearest.size(); ++m)
+    nearest[m] = std::min(nearest[m], height + inwards * offsets[m]);
+}
+
 }  // namespace
 
 /// Index of the layout for a radius, made when it is the first of its size.
@@ -315,7 +323,7 @@ void ImmersedBoundary<Real>::weigh_mobile() {
 }
 
 /// Takes from markers what they do not stand for beside the surfaces of other spheres, one of which
-/// at least can move (volume_beside()).
+/// at least can move, and of mobile spheres beside the box's ends (volume_beside()).
 template <class Real>
 void ImmersedBoundary<Real>::weaken_beside_others(const SphereBins& mobile) {
   const double reach = volume_beside_to * grid_.h;
@@ -336,11 +344,17 @@ void ImmersedBoundary<Real>::weaken_beside_others(const SphereBins& mobile) {
                    if (&other != &sphere || way.norm() > 0.0) meet(way, other.radius);
                  });
     };
-    // A free-slip end is the plane of symmetry between a sphere and its image.
-    for (const FreeSlipEnd& end : free_slip_ends_)
-      if (const double way = 2.0 * (sphere.position[end.direction] - end.position);
-          std::abs(way) < 2.0 * sphere.radius + reach)
-        meet(way * Vec3::Unit(end.direction), sphere.radius);
+    for (const End& end : ends_) {
+      const double height = end.inwards * (sphere.position[end.direction] - end.position);
+      // A free-slip end is the plane of symmetry between a sphere and its image.
+      if (end.free_slip && 2.0 * height < 2.0 * sphere.radius + reach)
+        meet(2.0 * end.inwards * height * Vec3::Unit(end.direction), sphere.radius);
+      if (!end.free_slip && height < sphere.radius + reach) {
+        take_nearer_plane(along[static_cast<std::size_t>(end.direction)], height, end.inwards,
+                          nearest);
+        beside_another = true;
+      }
+    }
     mobile.near(sphere.position, sphere.radius + largest_mobile_ + reach,
                 [&](int m) { look_at(mobile_[static_cast<std::size_t>(m)].state); });
     if (!fixed_.empty())

@@ -22,7 +22,7 @@
 /// S, the share of the film that is not resolved, and G, what is resolved as surfaces touch, are
 /// measured with the immersed boundary of this project in Stokes flow, spheres held and moving at
 /// gaps of 0.1 to 4 h and 8 to 16 cells to a diameter, against Brenner's exact forces
-/// (`./bedload study validation film`): they depend on ζ/h, and between spheres on the time step.
+/// (`./bedload study validation film`): they depend on ζ/h and on the time step.
 /// In a collision, which is stretched and has no duration in nature, the exact film has no time to
 /// act, and the resolved one has. In an enduring contact rough surfaces lie on each other with
 /// ζ_min between them, and the film there is that of a gap of ζ_min: without it a grain that is
@@ -48,13 +48,17 @@ struct UnresolvedShare {
     return (1 - cells / all_resolved_at) * std::exp(-cells * (linear + square * cells));
   }
 };
-/// A wall lies on the grid and keeps its no-slip condition exactly.
-inline constexpr UnresolvedShare unresolved_at_wall{2.4, 0.0, 2.65};
-
 /// Where two spheres share cells the markers of either stand back
-/// (fluid/immersed_boundary/README.md, "Surfaces in the same cells"), but not so far that nobody
-/// would hold the fluid between them: the less slip a step leaves there, the more of a film does
-/// the grid resolve. With λ (diffusion_number_of_loop)
+/// (fluid/immersed_boundary/README.md, "Surfaces in the same cells"), and so do those beside a
+/// wall, but not so far that nobody would hold the fluid between them: the less slip a step leaves
+/// there, the more of a film does the grid resolve. At a wall, with λ (diffusion_number_of_loop)
+///     G = 1.8 - 0.23 ln(λ/0.05) = a,   b = 0.8.
+inline UnresolvedShare unresolved_at_wall(double diffusion_number) {
+  const double resolved = 1.8 - 0.23 * std::log(measured_diffusion_number(diffusion_number) / 0.05);
+  return {resolved, 0.8, resolved};
+}
+
+/// Between spheres
 ///     s_0 = 0.727 (λ/0.05)^0.28,   G = 1.88 (λ/0.05)^-0.28.
 inline UnresolvedShare unresolved_of_pair(double diffusion_number) {
   constexpr double power = 0.28;

@@ -49,6 +49,15 @@
 ///     Λ_s: 0.19 ln(0.2/λ) exp(-0.3 ζ/h - 1.3 ζ²/h²),   Λ_e: 0.11 ln(0.2/λ) exp(-0.9 ζ²/h²),
 /// measured there from λ = 0.003 on, by steps as by loops.
 ///
+/// Beside a wall of the fluid they stand back, too. What they leave there is against sliding, and
+/// against the centre's way along the wall, whoever turns, as the cap that stands back pushes no
+/// fluid any more:
+///     Λ_s: 0.54 exp(-1.6 s - 2.05 s²) - 0.15 ln(0.2/λ) exp(-1.2 s - 1.2 s²),   s = ζ/h,
+///     Λ_d: 1.36 exp(-0.55 s - 2.75 s²) - 0.113 ln(0.2/λ) exp(1.4 s - 2.5 s²),  f_d = -2 π μ R Λ_d
+///     v
+/// both at least 0; of rolling the grid resolves Λ_e = 0.12 exp(-2.5 s²) more than before. Measured
+/// in the same way, a sphere that says it slides or turns, D/h = 8 and 16.
+///
 /// Symbols: μ dynamic viscosity [Pa s]; ζ surface gap [m]; n unit vector from j to i; a, b radii
 /// [m]; v velocity of i relative to j, ω spins [1/s]. The arms a and b reach to the middle of the
 /// gap, so that they sum to the distance of the centres: then a pair that turns as one body feels
@@ -80,10 +89,17 @@ inline double unresolved_logarithm(double x) {
   return std::exp(-x) / x * (x * (x + 2.334733) + 0.250621) / (x * (x + 3.330657) + 1.681534);
 }
 
-/// Λ of both motions. @param cells ζ/h
+/// What markers leave at a wall with ν Δt/h² = 0.2, of sliding and of the way along it.
+/// @param s ζ/h, at least 0
+inline double slide_left_at_wall(double s) { return 0.54 * std::exp(-s * (1.6 + 2.05 * s)); }
+inline double drag_left_at_wall(double s) { return 1.36 * std::exp(-s * (0.55 + 2.75 * s)); }
+
+/// Λ of both motions, with ν Δt/h² = 0.2. @param cells ζ/h
 inline SlideAndRoll unresolved_logarithms_at_wall(double cells) {
   constexpr SlideAndRoll k = tangential_unresolved_at_wall;
-  return {unresolved_logarithm(k.slide * cells), unresolved_logarithm(k.roll * cells)};
+  return {
+      unresolved_logarithm(k.slide * cells) + slide_left_at_wall(cells),
+      std::max(0.0, unresolved_logarithm(k.roll * cells) - 0.12 * std::exp(-2.5 * cells * cells))};
 }
 inline SlideAndRoll unresolved_logarithms_of_pair(double cells) {
   constexpr SlideAndRoll k = tangential_unresolved_of_pair;
@@ -101,12 +117,16 @@ inline SlideAndRoll rest_of(const SlideAndRoll& all, const SlideAndRoll& given) 
   return {std::max(0.0, all.slide - given.slide), std::max(0.0, all.roll - given.roll)};
 }
 
+/// ln(0.2/λ)
+inline double shorter_than_longest(double diffusion_number) {
+  return std::log(longest_diffusion_number / measured_diffusion_number(diffusion_number));
+}
+
 /// Λ that the grid resolves of two spheres because the fluid's step leaves less slip than one of
 /// ν Δt/h² = 0.2. @param cells ζ/h, may be below 0 in contact  @param diffusion_number λ
 inline SlideAndRoll logarithms_of_short_steps(double cells, double diffusion_number) {
   const double s = std::max(cells, 0.0);
-  const double shorter =
-      std::log(longest_diffusion_number / measured_diffusion_number(diffusion_number));
+  const double shorter = shorter_than_longest(diffusion_number);
   return {0.19 * shorter * std::exp(-s * (0.3 + 1.3 * s)), 0.11 * shorter * std::exp(-0.9 * s * s)};
 }
 
@@ -118,11 +138,30 @@ inline SlideAndRoll logarithms_left_by_markers(double cells, double diffusion_nu
                  logarithms_of_short_steps(s, diffusion_number));
 }
 
-/// The two dampers [kg/s], and the bodies that they act between.
+/// The same at a wall: of sliding alone.
+inline SlideAndRoll logarithms_of_short_steps_at_wall(double cells, double diffusion_number) {
+  const double s = std::max(cells, 0.0);
+  return {0.15 * shorter_than_longest(diffusion_number) * std::exp(-1.2 * s * (1 + s)), 0};
+}
+
+/// Λ that markers leave out which stand back from a wall. @param cells ζ/h, may be below 0 in
+/// contact  @param diffusion_number λ
+struct LeftAtWall {
+  double slide = 0, drag = 0;  ///< Λ_s, Λ_d
+};
+inline LeftAtWall left_by_markers_at_wall(double cells, double diffusion_number) {
+  const double s = std::max(cells, 0.0), shorter = shorter_than_longest(diffusion_number);
+  const SlideAndRoll resolved = logarithms_of_short_steps_at_wall(s, diffusion_number);
+  return {std::max(0.0, slide_left_at_wall(s) - resolved.slide),
+          std::max(0.0, drag_left_at_wall(s) - 0.113 * shorter * std::exp(s * (1.4 - 2.5 * s)))};
+}
+
+/// The dampers [kg/s], and the bodies that they act between.
 struct TangentialFilm {
   double slide, roll;   ///< 2 π μ R Λ_s, 4.8 π μ R Λ_e
   double arm_i, arm_j;  ///< a, b to the middle of the gap [m]; arm_j is 0 at a wall
   double skew;          ///< χ
+  double drag = 0;      ///< 2 π μ R Λ_d, of a wall
 };
 
 inline TangentialFilm tangential_film(double viscosity, double effective_radius,
@@ -143,11 +182,13 @@ inline TangentialFilm tangential_film_of_pair(double viscosity, double a, double
 }
 
 /// The wall is a sphere of infinite radius that does not turn.
+/// @param drag Λ_d
 inline TangentialFilm tangential_film_at_wall(double viscosity, double a, double gap,
-                                              const SlideAndRoll& logarithms) {
+                                              const SlideAndRoll& logarithms, double drag = 0) {
   TangentialFilm film = tangential_film(viscosity, a, logarithms);
   film.arm_i = a + 0.5 * gap;
   film.skew = -1;
+  film.drag = tangential_film(viscosity, a, {drag, 0}).slide;
   return film;
 }
 
@@ -173,7 +214,7 @@ inline TangentialLoads tangential_loads(const TangentialFilm& film, const Vector
     const double i = film.arm_i * turn_i[d], j = film.arm_j * turn_j[d];
     const double sliding = -film.slide * (v[d] + i + j);
     const double rolling = -film.roll * 0.5 * (film.skew * v[d] + i - j);
-    loads.force[d] = sliding + 0.5 * film.skew * rolling;
+    loads.force[d] = sliding + 0.5 * film.skew * rolling - film.drag * v[d];
     on_i[d] = -film.arm_i * (sliding + 0.5 * rolling);
     on_j[d] = -film.arm_j * (sliding - 0.5 * rolling);
   }
@@ -188,7 +229,8 @@ inline double tangential_rate(const TangentialFilm& film, double arm, double inv
                               double inverse_inertia) {
   const double turning = arm * arm * inverse_inertia;
   return film.slide * (inverse_mass + turning) +
-         0.25 * film.roll * (film.skew * film.skew * inverse_mass + turning);
+         0.25 * film.roll * (film.skew * film.skew * inverse_mass + turning) +
+         film.drag * inverse_mass;
 }
 
 /// What the dampers of a film are multiplied by in a step: the mean over the step of a motion that

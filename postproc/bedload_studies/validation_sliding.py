@@ -25,6 +25,9 @@ LEFT_BY_MARKERS = ((1.33, 1.75, 1.5), (0.583, 1.85, 1.55))
 WITH_ALL_MARKERS = {0.002: (1.962, 1.593), 0.5: (1.711, 1.469), 1.0: (1.588, 1.404)}
 
 
+# Of a sphere at a wall, sliding and the way along it: A, a, b, and with shorter steps ln(0.2/lambda) times A, a, b
+# less.
+LEFT_AT_WALL = ((0.54, 1.6, 2.05, 0.15, 1.2, 1.2), (1.36, 0.55, 2.75, 0.113, -1.4, 2.5))
 # Of the same two, that a grid with shorter steps resolves by itself: times ln(0.2/lambda).
 OF_SHORT_STEPS = ((0.19, 0.3, 1.3), (0.11, 0.0, 0.9))
 
@@ -77,18 +80,34 @@ def _beside_wall(gap: float) -> np.ndarray:
     return np.array([[slide, -mixed], [-mixed, turn]])
 
 
-def _wall_film(cells: float, arm: float) -> np.ndarray:
-    """What fix lubrication adds to it at a gap in cells; `arm` radii reach to the middle of the gap."""
-    slide, roll = (float(exp1(k * cells)) for k in UNRESOLVED_SLIDE_ROLL["wall"])
-    motions = np.array([[1.0, -arm], [-0.5, -0.5 * arm]])  # spin as of one that rolls forwards
-    return motions.T @ np.diag([slide / 3, 0.8 * roll]) @ motions
+def _left_at_wall(cells: float, number: float) -> tuple[float, float]:
+    """What markers leave at a wall that stand back, at a gap in cells with lambda = `number`, as there: of sliding,
+    and of the way along the wall."""
+    shorter = math.log(DIFFUSION / number)
+    slide, drag = (size * math.exp(-cells * (a + b * cells)) - shorter * part * math.exp(-cells * (c + d * cells))
+                   for size, a, b, part, c, d in LEFT_AT_WALL)  # fmt: skip
+    return max(0.0, slide), max(0.0, drag)
 
 
-def _wall_box(n: int, gap: float, end: float) -> tuple[dict[str, object], dict[str, object]]:
+def _wall_lacks(cells: float, number: float) -> tuple[float, float, float]:
+    """What the grid lacks at a wall: the logarithms of sliding and of rolling, and of the way along it."""
+    of_slide, of_roll = (float(exp1(k * cells)) for k in UNRESOLVED_SLIDE_ROLL["wall"])
+    slide, drag = _left_at_wall(cells, number)
+    return of_slide + slide, max(0.0, of_roll - 0.12 * math.exp(-2.5 * cells**2)), drag
+
+
+def _wall_film(cells: float, arm: float, number: float) -> np.ndarray:
+    """What fix lubrication and the coupling add to it at a gap in cells; `arm` radii reach to the middle of the gap."""
+    slide, roll, drag = _wall_lacks(cells, number)
+    motions = np.array([[1.0, -arm], [-0.5, -0.5 * arm], [1.0, 0.0]])  # spin as of one that rolls forwards
+    return motions.T @ np.diag([slide / 3, 0.8 * roll, drag / 3]) @ motions
+
+
+def _wall_box(n: int, gap: float, end: float, step: float = 1.0) -> tuple[dict[str, object], dict[str, object]]:
     """Settings and variables of a sphere `gap` cells above the wall of a box 8 D wide."""
     settings = {
         "grid.cells": [8 * n, 5 * n, 8 * n], "grid.length": [8.0, 5.0, 8.0],
-        "boundary.y_upper_velocity": [0.0, 0.0, 0.0], "time.step": DIFFUSION / n**2, "time.end": end,
+        "boundary.y_upper_velocity": [0.0, 0.0, 0.0], "time.step": step * DIFFUSION / n**2, "time.end": end,
     }  # fmt: skip
     return settings, {"length": 8.0, "height": 5.0, "x": 4.03, "z": 3.97, "y": 0.5 + gap / n}
 
@@ -99,24 +118,32 @@ def _sliding_held(runner: Runner, result: Result) -> None:
     curves: dict[str, list[tuple[float, float]]] = {}
     for name, variable, value, motion in names:
         run = None
-        for n, gap in ((8, 0.2), (8, 0.1), (8, 0.05), (8, 0.5), (12, 0.1), (12, 0.2)):
-            settings, values = _wall_box(n, gap, 3.0)
-            run = runner("on_wall", f"sliding-{variable}-{n}-{gap}", settings | from_coarser(run, 0.7),
+        for n, gap, step, loops in ((8, 0.2, 1.0, 1), (8, 0.1, 1.0, 1), (8, 0.05, 1.0, 1), (8, 0.5, 1.0, 1),
+                                    (12, 0.1, 1.0, 1), (12, 0.2, 1.0, 1), (8, 0.05, 0.25, 1), (8, 0.2, 0.25, 1),
+                                    (8, 0.2, 0.0625, 1), (8, 0.2, 0.25, 2)):  # fmt: skip
+            short = (step, loops) != (1.0, 1)
+            settings, values = _wall_box(n, gap, 3.0 if step > 0.1 else 1.5, step)
+            run = runner("on_wall", f"sliding-{variable}-{n}-{gap}" + (f"-{step:g}-{loops}" if short else ""),
+                         settings | {"spheres.forcing_loops": loops} | from_coarser(run, 0.7),
                          values | {variable: value})  # fmt: skip
             force, torque = last_load(run)
             loads = (-force[0] / (3.0 * math.pi), torque[2] / (1.5 * math.pi))
             exact = _beside_wall(2.0 * gap / n)[:, motion]
-            added = _wall_film(gap, 1.0 + gap / n)[:, motion]
+            added = _wall_film(gap, 1.0 + gap / n, of_loop(step * DIFFUSION, loops))[:, motion]
+            which = f"gap {gap} h, D/h = {n}" + (f", {step:g} of the step, {loops} loops" if short else "")
             for k, (found, part, should) in enumerate(zip(loads, added, exact, strict=True)):
                 total, parts = float(found + part), f"resolved ({found:.3f}) and added ({part:.3f})"
                 if k == motion:
                     # The fits of k leave 3.4 % at most; images in the box and the drag itself are worth 1 %.
                     share = f"resolved ({found:.3f}, {100 * (found / should - 1):+.1f} %) and added ({part:.3f})"
-                    result.rows.append(Row(f"wall, {name}, gap {gap} h, D/h = {n}: {share}", total, float(should),
-                                           0.04, source=GOLDMAN))  # fmt: skip
-                    curves.setdefault(f"wall, {name}, D/h = {n}", []).append((gap, float((should - found) / (8 / 15))))
+                    result.rows.append(Row(f"wall, {name}, {which}: {share}", total, float(should), 0.04,
+                                           source=GOLDMAN))  # fmt: skip
+                    if not short:
+                        curves.setdefault(f"wall, {name}, D/h = {n}", []).append(
+                            (gap, float((should - found) / (8 / 15)))
+                        )
                 else:
-                    what = f"wall, {name.split(',')[0]}, {('force', 'torque')[k]}, gap {gap} h, D/h = {n}: {parts}"
+                    what = f"wall, {name.split(',')[0]}, {('force', 'torque')[k]}, {which}: {parts}"
                     result.rows.append(Row(f"{what}, error in the load above", total, float(should),
                                            scale=float(exact[motion]), source=GOLDMAN))  # fmt: skip
     for label, places in curves.items():
@@ -223,8 +250,9 @@ def sliding(runner: Runner) -> Result:
     result = Result("Sliding and rolling at gaps below a cell", axes=("gap / h", "logarithm that the grid lacks"))
     result.remarks.append(
         "Forces in 6 pi mu R U, torques in 6 pi mu R^3 omega and 6 pi mu R^2 U. Resolved: the fluid's load on spheres "
-        "that are held and say they move. Added: what fix lubrication with `tangential on` adds, the published leading "
-        "terms with E1(k gap/h), between spheres E1(k (gap/h)^2)/2, as the logarithm. The published models have "
+        "that are held and say they move. Added: what fix lubrication with `tangential on` and the coupling (what "
+        "markers leave that stand back) add, the published leading terms with E1(k gap/h), between spheres "
+        "E1(k (gap/h)^2)/2, as the logarithm. The published models have "
         "none: the free spheres with `tangential off` show what that costs. The references are expansions "
         "for small gaps; the box is 8 D wide (12 D: force of sliding +0.5 %)."
     )
@@ -235,7 +263,7 @@ def sliding(runner: Runner) -> Result:
     _sliding_free(runner, result)
     across = np.geomspace(0.04, 1.0, 40)
     for n, motion in enumerate(("sliding", "rolling")):
-        at_wall = [float(exp1(UNRESOLVED_SLIDE_ROLL["wall"][n] * cells)) for cells in across]
+        at_wall = [_wall_lacks(cells, DIFFUSION)[n] for cells in across]
         result.curves.append(Curve(f"fix lubrication: wall, {motion}", across.tolist(), at_wall))
         of_pair = [_lacks(cells, DIFFUSION)[n] for cells in across]
         result.curves.append(Curve(f"spheres, {motion}", across.tolist(), of_pair))

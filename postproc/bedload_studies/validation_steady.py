@@ -243,34 +243,38 @@ def _approaching(gap: float) -> float:
     return 4.0 / 3.0 * math.sinh(alpha) * total
 
 
-# S = (1 - s/s_0) exp(-a s - b s^2), as in liggghts_styles/formulas/lubrication.hpp: a, b, s_0; between spheres s_0
-# grows as (nu dt/h^2)^0.28.
-UNRESOLVED = {"wall": (2.4, 0.0, math.inf), "pair": (0.37, 1.02, 0.727)}
-RESOLVED_AT_TOUCH = {"wall": 2.65, "pair": 1.88}  # there, too
+# The grid resolves the more the shorter the steps, by a few per cent of the film: a quarter of the other cases' step is
+# nearer to that of a turbulent flow.
+OF_FILMS = 0.25
 AT_TOUCH = "fix lubrication in a collision"
-# Of two spheres the grid resolves the more the shorter the steps, by a few per cent of the film: a quarter of the
-# other cases' step is nearer to that of a turbulent flow.
-OF_PAIRS = 0.25
+
+
+def _resolved_at_touch(who: str, step: float = 1.0) -> float:
+    """G, as in liggghts_styles/formulas/lubrication.hpp, with a time step of so many times OF_FILMS, or as short as
+    loops make it (of_loop)."""
+    return 1.8 - 0.23 * math.log(step) if who == "wall" else 1.88 * step**-0.28
 
 
 def _unresolved(who: str, cells: float, step: float = 1.0) -> float:
-    """Share of the leading term that the grid does not resolve at a gap in cells; between spheres with a time step of
-    so many times OF_PAIRS, or as short as loops make it (of_loop)."""
-    a, b, all_resolved_at = UNRESOLVED[who]
-    return (1.0 - cells / (all_resolved_at * step**0.28)) * math.exp(-a * cells - b * cells**2)
+    """S, as there: share of the leading term that the grid does not resolve at a gap in cells."""
+    if who == "wall":
+        return math.exp(-_resolved_at_touch("wall", step) * cells - 0.8 * cells**2)
+    return (1.0 - cells / (0.727 * step**0.28)) * math.exp(-0.37 * cells - 1.02 * cells**2)
 
 
-def _squeezed(runner: Runner, n: int, gap: float) -> float:
-    """Force over 6 pi mu R U on a sphere that approaches a wall, `gap` cells from it."""
-    run = runner("on_wall", f"film-{n}-{gap}", {
+def _squeezed(runner: Runner, n: int, gap: float, step: float = OF_FILMS, loops: int = 1) -> float:
+    """Force over 6 pi mu R U on a sphere that approaches a wall, `gap` cells from it; `step` in that of the other
+    cases."""
+    run = runner("on_wall", f"film-{n}-{gap}" + ("" if (step, loops) == (OF_FILMS, 1) else f"-{step:g}-{loops}"), {
         "grid.cells": [5 * n] * 3, "grid.length": [5.0, 5.0, 5.0],
-        "boundary.y_upper_velocity": [0.0, 0.0, 0.0], "time.step": DIFFUSION / n**2, "time.end": 1.0,
+        "boundary.y_upper_velocity": [0.0, 0.0, 0.0], "time.step": step * DIFFUSION / n**2, "time.end": 0.6,
+        "spheres.forcing_loops": loops,
     }, {"speed": 1.0, "length": 5.0, "height": 5.0, "x": 2.53, "z": 2.47, "y": 0.5 + gap / n})  # fmt: skip
     return float(last_load(run)[0][1]) / (3.0 * math.pi)
 
 
 def _squeezed_pair(
-    runner: Runner, n: int, gap: float, direction: tuple, name: str, step: float = OF_PAIRS, loops: int = 1,
+    runner: Runner, n: int, gap: float, direction: tuple, name: str, step: float = OF_FILMS, loops: int = 1,
 ) -> float:  # fmt: skip
     """The same of two spheres that approach each other along a direction; `step` in that of the other cases."""
     d = np.array(direction) / np.linalg.norm(direction)
@@ -279,7 +283,7 @@ def _squeezed_pair(
     for axis, centre, part in zip("xyz", (2.53, 2.51, 2.47), d, strict=True):
         values |= {f"{axis}1": centre - half * part, f"{axis}2": centre + half * part,
                    f"u{axis}": part}  # fmt: skip
-    label = f"film-pair-{n}-{gap}-{name}" + ("" if (step, loops) == (OF_PAIRS, 1) else f"-{step:g}-{loops}")
+    label = f"film-pair-{n}-{gap}-{name}" + ("" if (step, loops) == (OF_FILMS, 1) else f"-{step:g}-{loops}")
     run = runner("approach", label, {
         "grid.cells": [5 * n] * 3, "grid.length": [5.0, 5.0, 5.0], "time.step": step * DIFFUSION / n**2,
         "time.end": 0.5, "spheres.forcing_loops": loops,
@@ -296,9 +300,9 @@ def film(runner: Runner) -> Result:
                     axes=("gap / h", "share of the film's leading term"))  # fmt: skip
     result.remarks.append(
         "The leading term is 1/gap for a wall and 1/(2 gap) for each of two spheres, gap in radii. Fix "
-        "lubrication adds the share exp(-2.4 s) at walls and (1 - s/s_0) exp(-0.37 s - 1.02 s^2) between spheres, "
-        "s = gap/h, s_0 = 0.727 (lambda/0.05)^0.28, lambda = nu dt/h^2 over the number of forcing loops to the power "
-        "of 1.3: "
+        "lubrication adds the share exp(-a s - 0.8 s^2) at walls and (1 - s/s_0) exp(-0.37 s - 1.02 s^2) between "
+        "spheres, s = gap/h, a = 1.8 - 0.23 ln(lambda/0.05), s_0 = 0.727 (lambda/0.05)^0.28, lambda = nu dt/h^2 over "
+        "the number of forcing loops to the power of 1.3: "
         "the bound is on what is left of the exact force then. The images in the periodic box make the forces on "
         "two spheres too high by as much as at 3 h, which is taken off."
     )
@@ -326,7 +330,7 @@ def film(runner: Runner) -> Result:
         if name == "along x":
             rest, touching = _approaching(0.2 / n) - 2.5 * n, _squeezed_pair(runner, n, 0.0, direction, "x") - images
             result.rows.append(Row(f"two spheres {name}, at the touch, D/h = {n}: film that the grid resolves, times h",
-                                   (touching - rest) * 4.0 / n, RESOLVED_AT_TOUCH["pair"], 0.2, scale=1.0,
+                                   (touching - rest) * 4.0 / n, _resolved_at_touch("pair"), 0.2, scale=1.0,
                                    source=AT_TOUCH))  # fmt: skip
         for gap in gaps[:-1]:
             exact, found = _approaching(2.0 * gap / n), raw[gap] - images
@@ -341,21 +345,25 @@ def film(runner: Runner) -> Result:
                               ("a sixteenth of the step", 0.0625, 1), ("two loops", 1.0, 2),
                               ("two loops, a quarter of the step", 0.25, 2), ("four loops", 1.0, 4)):  # fmt: skip
         found, images = (
-            _squeezed_pair(runner, 8, gap, (1, 0, 0), "x", step * OF_PAIRS, loops) for gap in (0.3, 3.0)
+            _squeezed_pair(runner, 8, gap, (1, 0, 0), "x", step * OF_FILMS, loops) for gap in (0.3, 3.0)
         )  # fmt: skip
         found -= images - _approaching(0.75)
-        added = leading * _unresolved("pair", 0.3, of_loop(step * OF_PAIRS * DIFFUSION, loops) / (OF_PAIRS * DIFFUSION))
+        shorter = of_loop(step * OF_FILMS * DIFFUSION, loops) / (OF_FILMS * DIFFUSION)
+        added = leading * _unresolved("pair", 0.3, shorter)
         what = f"two spheres along x, gap 0.3 h, D/h = 8, {name}: resolved ({found:.2f}) and added ({added:.2f}) force"
         result.rows.append(Row(what, found + added, exact, 0.05, source="Brenner 1961"))
+        found, added = _squeezed(runner, 8, 0.3, step * OF_FILMS, loops), 2.0 * leading * _unresolved("wall", 0.3, shorter)
+        what = f"wall, gap 0.3 h, D/h = 8, {name}: resolved ({found:.2f}) and added ({added:.2f}) force"
+        result.rows.append(Row(what, found + added, _brenner(0.075), bound, source="Brenner 1961"))
     # In a stretched collision, in which the fluid sees the spheres where they only touch: of the force all is the
     # film's but what hardly changes with the gap, the difference of Brenner's to the leading term at h/10.
     for n in (8, 12):
         rest = _brenner(0.2 / n) - 5.0 * n
         result.rows.append(Row(f"wall, at the touch, D/h = {n}: film that the grid resolves, times h",
-                               (_squeezed(runner, n, 0.0) - rest) * 2.0 / n, RESOLVED_AT_TOUCH["wall"], 0.1,
+                               (_squeezed(runner, n, 0.0) - rest) * 2.0 / n, _resolved_at_touch("wall"), 0.1,
                                source=AT_TOUCH))  # fmt: skip
     across = np.linspace(0.05, 3.0, 60)
-    for who in UNRESOLVED:
+    for who in ("wall", "pair"):
         result.curves.append(Curve(f"fix lubrication, {who}", across.tolist(),
                                    [_unresolved(who, cells) for cells in across]))  # fmt: skip
     return result

@@ -6,7 +6,7 @@ import pytest
 from pocket import FLOOR, SCENE, job
 
 HEIGHT, RADIUS, VISCOSITY = 1.2, 0.5, 0.05  # of the wall; of the spheres; dynamic
-CELL = 0.125
+CELL, TIME_STEP, LOOPS = 0.125, 0.02, 2  # as in its fluid.toml
 STEPS, SUBSTEPS = 2, 15
 DUMP = ("dump films all custom 1 ${out}/films.txt id y vy f_lubricationForce[2]\n"
         "dump_modify films sort id format \"%d %.15g %.15g %.15g\"\ncoupled_run")  # fmt: skip
@@ -14,7 +14,8 @@ DUMP = ("dump films all custom 1 ${out}/films.txt id y vy f_lubricationForce[2]\
 
 @pytest.mark.parametrize("height, whole", [(HEIGHT, True), (0.0, False)], ids=["inside", "end of the box"])
 def test_the_film_is_whole_where_the_fluid_has_no_wall(tmp_path, height, whole):
-    """F = 6 π μ R² v/ζ at a wall inside; at the end of the box what the grid lacks of it, exp(-2.4 ζ/h)."""
+    """F = 6 π μ R² v/ζ at a wall inside; at the end of the box what the grid lacks of it, S = exp(-a s - 0.8 s²) with
+    s = ζ/h and a = 1.8 - 0.23 ln(λ/0.05), λ that of two loops."""
     text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
     for found, given in (
         (FLOOR, FLOOR.replace("yplane 0.0", f"yplane {height}")),
@@ -36,5 +37,7 @@ def test_the_film_is_whole_where_the_fluid_has_no_wall(tmp_path, height, whole):
     gap = y - RADIUS - height
     share = force * gap / (6 * np.pi * VISCOSITY * RADIUS**2 * -v)
     # Force of the step before, at a gap that is up to half a per cent longer.
-    expected = np.ones(len(gap)) if whole else np.exp(-2.4 * gap / CELL)
+    s, number = gap / CELL, VISCOSITY * TIME_STEP / CELL**2 / LOOPS**1.3
+    lacks = np.exp(-(1.8 - 0.23 * np.log(number / 0.05)) * s - 0.8 * s**2)
+    expected = np.ones(len(gap)) if whole else lacks
     assert share[2:] == pytest.approx(expected[2:], rel=0.01)

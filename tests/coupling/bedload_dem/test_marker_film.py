@@ -51,7 +51,9 @@ dump_modify  films sort id format "%d {numbers}"
 coupled_run
 """
 
-ENDS = {"p": '"periodic"', "f": '["free_slip", "no_slip"]', "u": '["no_slip", "free_slip"]'}
+WALL_SPEED = 0.1
+ENDS = {"m": f'["no_slip", "free_slip"]\nboundary.y_lower_velocity = [{WALL_SPEED}, 0.0, 0.0]',
+        "p": '"periodic"', "f": '["free_slip", "no_slip"]', "u": '["no_slip", "free_slip"]'}  # fmt: skip
 
 
 def coupled(folder, script, ends="ppp", ranks=(1, 1)):
@@ -147,6 +149,29 @@ def test_images_behind_free_slip_ends(tmp_path):
         assert left_there == pytest.approx(expected, rel=0.02)
         by_fluid.append(fluid[-1])
     assert by_fluid == pytest.approx([by_fluid[0]] * 3, rel=2e-3)
+
+
+@pytest.mark.parametrize("gap, model", itertools.product((0.0125, -1e-4, 0.1), ("actm", "")))
+def test_no_slip_ends(tmp_path, gap, model):
+    """A sphere that slides and turns over a wall that moves: drag against the wall alone, whoever turns, and sliding of
+    the surfaces, with any model or none; no wall of the script need stand there."""
+    speed, spin = 0.3, 0.5
+    s, shorter = max(gap, 0.0) / CELL, np.log(0.2 * CELL**2 / (VISCOSITY * TIME_STEP))
+    slide, drag = (max(0.0, size * np.exp(-s * (a + b * s)) - shorter * part * np.exp(-s * (c + d * s)))
+                   for size, a, b, part, c, d in ((0.54, 1.6, 2.05, 0.15, 1.2, 1.2),
+                                                  (1.36, 0.55, 2.75, 0.113, -1.4, 2.5)))  # fmt: skip
+    arm, across = RADIUS + 0.5 * gap, speed - WALL_SPEED
+    scale = 2.0 * np.pi * VISCOSITY * RADIUS
+    spheres = (f"create_atoms 2 single 2 {RADIUS + gap} 2 units box\ncreate_atoms 1 single 2 3 2 units box\n"
+               f"set atom 1 diameter 1 density 1e5 vx {speed} omegaz {spin}\nset atom 2 diameter 1 density 1000")
+    script = SCRIPT.format(boundary="p f p", spheres=spheres, wet="fix fluid all couple/fluid",
+                           model=MODELS[model] if model else "", numbers="%.15g " * 2)  # fmt: skip
+    script = script.replace("id omegaz f_couple_film[6] f_couple_torque[3]", "id f_couple_film[1] f_couple_film[6]")
+    rows = [row.split()[1:] for row in films_of(tmp_path, script, "pmp").splitlines() if row.startswith("1 ")]
+    force, torque = np.array(rows, dtype=float)[1]
+    sliding = scale * slide * (across + arm * spin)
+    assert force == pytest.approx(-sliding - scale * drag * across, rel=0.01)
+    assert torque == pytest.approx(-arm * sliding, rel=0.01)
 
 
 DUMPED = "x y z vx vy vz omegax omegay omegaz mass radius"

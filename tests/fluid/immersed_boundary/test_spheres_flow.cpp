@@ -482,21 +482,26 @@ TEST(SphereInFlow, DenseFreeSpheresCalmDownInLongSteps) {
 }
 
 /// What a sphere goes towards.
-enum class Partner { mobile, fixed, image };
+enum class Partner { mobile, fixed, image, wall };
 
 /// Force over 6 pi mu R U on each of two spheres, 0.3 cells apart, that are held and say they go
 /// towards each other at U, in Stokes flow; on one that goes towards a fixed one at 2 U; on one
-/// that goes at U towards a free-slip end, behind which is its image.
+/// that goes at U towards a free-slip end, behind which is its image; and 0.3 cells from a no-slip
+/// end.
 double squeezing_force(int loops, Partner partner) {
   const double diameter = 8.0, gap = 0.3, speed = 0.01, half = 0.5 * (diameter + gap);
+  const double start = partner == Partner::wall    ? half + 0.5 * gap
+                       : partner == Partner::image ? half
+                                                   : 12.1 - half;
   Settings s = periodic_cube(24, 1.0, 0.2);
   s.fluid.convection = false;
   s.spheres.forcing_loops = loops;
-  std::vector<SphereState> all{
-      sphere_at({12.3, partner == Partner::image ? half : 12.1 - half, 11.9}, diameter, true)};
+  std::vector<SphereState> all{sphere_at({12.3, start, 11.9}, diameter, true)};
   SphereState& first = all.front();
-  if (partner == Partner::image) {
-    set_y_ends(s, Wall::free_slip, Wall::free_slip);
+  const bool end = partner == Partner::image || partner == Partner::wall;
+  if (end) {
+    const Wall kind = partner == Partner::wall ? Wall::no_slip : Wall::free_slip;
+    set_y_ends(s, kind, kind);
     first.velocity = {0.0, -speed, 0.0};
   } else {
     const bool fixed = partner == Partner::fixed;
@@ -506,7 +511,7 @@ double squeezing_force(int loops, Partner partner) {
     if (!fixed) second.velocity = -first.velocity;
     all.push_back(second);
   }
-  const double way = partner == Partner::image ? 1.0 : -1.0;  // of the force on the first
+  const double way = end ? 1.0 : -1.0;  // of the force on the first
   Channel<double> channel(s, MPI_COMM_WORLD, all);
   double force = 0.0;
   for (int step = 0; step < 30; ++step) {
@@ -523,7 +528,7 @@ double squeezing_force(int loops, Partner partner) {
   return force / (3.0 * pi * diameter * speed);
 }
 
-TEST(SphereInFlow, TheFilmOfTwoKnowsLittleOfTheLoops) {
+TEST(SphereInFlow, TheFilmKnowsLittleOfTheLoops) {
   // Exact: 9.2, and a tenth more with the images of this small box. Markers with all of their
   // volume resolve 7.4 of it with one loop and 1.56 times as much with four; those that stand back
   // (volume_beside) 5.5 and 1.25 times as much. One goes towards a fixed one at twice the speed.
@@ -533,6 +538,10 @@ TEST(SphereInFlow, TheFilmOfTwoKnowsLittleOfTheLoops) {
     EXPECT_NEAR(one, force, 0.3) << static_cast<int>(partner);
     EXPECT_NEAR(four / one, 1.24, 0.05) << static_cast<int>(partner);
   }
+  // Beside a wall, exact 14.8: all markers resolve 8.3 of it, and 1.7 times as much with four.
+  const double one = squeezing_force(1, Partner::wall), four = squeezing_force(4, Partner::wall);
+  EXPECT_NEAR(one, 6.8, 0.2);
+  EXPECT_NEAR(four / one, 1.2, 0.05);
 }
 
 TEST(SphereInFlow, NeutralSphereTurnsAtHalfTheShearRate) {
