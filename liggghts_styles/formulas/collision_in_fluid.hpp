@@ -19,14 +19,14 @@
 /// t is the time for which the contact pays, because the run's fluid does not: while the layer
 /// grows in the stretched collision, and while it is thinner than the grid tells,
 ///     t = a (T_c/2 + h²/(5 ν))/4 + (1 - a) κ (0.3 T_c + 2.3 h/u),
-///     κ = 2.4 ((m + m_a)/(m + 7 m_a))³,   m_a = (2/3) π R³ ρf.
+///     κ = 2 ((m + m_a)/(m + 7 m_a))³,   m_a = (2/3) π R³ ρf.
 /// a = 1: the layer is thicker than the kernel, whose width adds to it, and half of the impulse (a
 /// quarter of the time) comes later all the same, in flight. a = 0: it is thinner, and the grid
 /// knows of none until the sphere has left the reach of its kernel. A steel sphere (density ratio
-/// 8.3: κ = 1) keeps its speed meanwhile; a light one (1.25: κ = 1/8) has lost much of it by then,
-/// and a jump that does not last leaves no impulse to pay. Rebounds at St = 27 (a = 1, D/h = 6
-/// to 16) and 152 (a = 0), in collisions of five, ten and twenty steps, ask for the other numbers,
-/// those of κ the rebounds of light spheres on grids up to 40 cells to a diameter.
+/// 8.3: κ = 0.83) keeps its speed meanwhile; a light one (1.25: κ = 1/10) has lost much of it by
+/// then, and a jump that does not last leaves no impulse to pay. Rebounds at St = 27 (a = 1, D/h =
+/// 6 to 16) and 152 (a = 0), in collisions of five, ten and twenty steps, ask for the other
+/// numbers, those of κ the rebounds of light spheres on grids up to 40 cells to a diameter.
 ///
 /// Symbols: L load of the fluid [N]; m_i, m_j masses, m the reduced one [kg]; w weight [-]; u speed
 /// at the touch [m/s]; St = ρp u D/(9 μ) of the heavier partner; h cell size [m].
@@ -51,7 +51,7 @@ inline double added_mass(double radius, double fluid_density) {
 /// κ of one sphere.
 inline double lasting_share(double mass, double added) {
   const double inertia = (mass + added) / (mass + 7 * added);
-  return 2.4 * inertia * inertia * inertia;
+  return 2.0 * inertia * inertia * inertia;
 }
 
 /// t [s] of the layer that the contact pays for.
