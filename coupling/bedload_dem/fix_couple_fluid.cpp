@@ -208,7 +208,7 @@ void FixCoupleFluid::check_before_run() const {
 
 // f_i += F_i, torque_i += T_i, and the impulse that this gives to the spheres of this rank:
 //   J += sum_i F_i dt
-// What markers leave between spheres comes with it; of two that can move it has no impulse.
+// What markers leave comes with it; of two that can move it has no impulse.
 void FixCoupleFluid::post_force(int) {
   double** const held_force = force_->array_atom;
   double** const held_torque = torque_->array_atom;

@@ -352,7 +352,8 @@ def film(runner: Runner) -> Result:
         added = leading * _unresolved("pair", 0.3, shorter)
         what = f"two spheres along x, gap 0.3 h, D/h = 8, {name}: resolved ({found:.2f}) and added ({added:.2f}) force"
         result.rows.append(Row(what, found + added, exact, 0.05, source="Brenner 1961"))
-        found, added = _squeezed(runner, 8, 0.3, step * OF_FILMS, loops), 2.0 * leading * _unresolved("wall", 0.3, shorter)
+        found = _squeezed(runner, 8, 0.3, step * OF_FILMS, loops)
+        added = 2.0 * leading * _unresolved("wall", 0.3, shorter)
         what = f"wall, gap 0.3 h, D/h = 8, {name}: resolved ({found:.2f}) and added ({added:.2f}) force"
         result.rows.append(Row(what, found + added, _brenner(0.075), bound, source="Brenner 1961"))
     # In a stretched collision, in which the fluid sees the spheres where they only touch: of the force all is the
