@@ -263,10 +263,11 @@ def sliding(runner: Runner) -> Result:
     _sliding_free(runner, result)
     across = np.geomspace(0.04, 1.0, 40)
     for n, motion in enumerate(("sliding", "rolling")):
-        at_wall = [_wall_lacks(cells, DIFFUSION)[n] for cells in across]
-        result.curves.append(Curve(f"fix lubrication: wall, {motion}", across.tolist(), at_wall))
+        at_wall = [float(_wall_film(cells, 1.0, DIFFUSION)[n, n] / (8 / 15)) for cells in across]
+        name = ("sliding, force", "turning, torque")[n]
+        result.curves.append(Curve(f"added: wall, {name}", across.tolist(), at_wall))
         of_pair = [_lacks(cells, DIFFUSION)[n] for cells in across]
-        result.curves.append(Curve(f"spheres, {motion}", across.tolist(), of_pair))
+        result.curves.append(Curve(f"added: spheres, {motion}", across.tolist(), of_pair))
     return result
 
 
