@@ -67,7 +67,7 @@ def with_grid(h):
 
 def test_only_what_the_grid_lacks(tmp_path):
     """With a grid the gap follows dζ/dt = -F ζ/(6πμR² S(ζ/h)), faster than with the whole film: its way is
-    1.2 (wall) and 1.3 (pair) times as long (inertia and the step are worth 1e-3)."""
+    1.9 (wall) and 1.5 (pair) times as long (inertia and the step are worth 1e-3)."""
     h = RANGE / 2
     scene = pushed_pair(15, settings="")
     scene.lines.insert(0, with_grid(h))
