@@ -144,6 +144,7 @@ void FixLubrication::init() {
       modify->find_fix_property("couple_force", "property/atom", "vector", 3, 0, style, false));
   marker_film_ = find_marker_film(lmp);
   fluid_density_ = FluidValue::find(lmp, "fluid_density", "fluidDensity");
+  fluid_step_ = FluidValue::find(lmp, "dt_fluid", "fluidTimeStep");
   loads_received_ = FluidValue::find(lmp, "loads_received", "");
   diffusion_ = FluidDiffusion::find(lmp);
 }
@@ -233,7 +234,11 @@ double FixLubrication::damping_in_collision(const Surfaces& s) const {
     const double lasting = contact::lasting_share(1 / w, added);
     const double age =
         contact::collision_layer_age(nu, s.collision_time, cell_size_, image * s.speed, lasting);
-    share += mass * w * contact::viscous_share(radius, 1 / w, added, density, nu, age);
+    const double unresolved = 1 - contact::resolved_layer(image * s.speed * cell_size_ / nu);
+    const double late =
+        unresolved * contact::late_share(1 / w, added, fluid_step_.get(), s.collision_time);
+    share += mass * w *
+             std::max(0.0, contact::viscous_share(radius, 1 / w, added, density, nu, age) - late);
   }
   return contact::collision_damping(mass, s.collision_time, share);
 }

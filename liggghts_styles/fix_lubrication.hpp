@@ -176,7 +176,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   std::vector<Vector> accelerations_;     // by all but films, of local and ghost spheres [m/s²]
   FixMarkerFilm* marker_film_ = nullptr;  // of fix couple/fluid
   LAMMPS_NS::FixPropertyAtom* fluid_force_ = nullptr;  // of it, too
-  FluidValue fluid_density_, loads_received_;
+  FluidValue fluid_density_, fluid_step_, loads_received_;
   FluidDiffusion diffusion_;
   double diffusion_number_ = contact::usual_diffusion_number;  // in this step, and
   contact::UnresolvedShare of_pair_ = contact::unresolved_of_pair(diffusion_number_);

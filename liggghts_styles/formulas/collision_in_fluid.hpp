@@ -19,12 +19,16 @@
 /// t is the time for which the contact pays, because the run's fluid does not: while the layer
 /// grows in the stretched collision, and while it is thinner than the grid tells,
 ///     t = a (T_c/2 + h²/(5 ν))/4 + (1 - a) κ (0.3 T_c + 2.3 h/u),
-///     κ = 2 ((m + m_a)/(m + 7 m_a))³,   m_a = (2/3) π R³ ρf.
+///     κ = 2.1 ((m + m_a)/(m + 7 m_a))²,   m_a = (2/3) π R³ ρf.
 /// a = 1: the layer is thicker than the kernel, whose width adds to it, and half of the impulse (a
 /// quarter of the time) comes later all the same, in flight. a = 0: it is thinner, and the grid
 /// knows of none until the sphere has left the reach of its kernel. A steel sphere (density ratio
-/// 8.3: κ = 0.83) keeps its speed meanwhile; a light one (1.25: κ = 1/10) has lost much of it by
-/// then, and a jump that does not last leaves no impulse to pay. Rebounds at St = 27 (a = 1, D/h =
+/// 8.3: κ = 1.2) keeps its speed meanwhile; a light one (1.25: κ = 0.28) has lost much of it by
+/// then, and a jump that does not last leaves no impulse to pay. There the fluid takes a part by
+/// itself, too, as its answer to the turn comes some steps late, when the collision is over and
+/// nobody bears it: of the mass that turns m_a/(m + m_a), for some steps of T_c,
+///     ε = 1.8 m_a/(m + m_a) Δt/T_c,
+/// and the contact pays β - (1 - a) ε, or nothing. Rebounds at St = 27 (a = 1, D/h =
 /// 6 to 16) and 152 (a = 0), in collisions of five, ten and twenty steps, ask for the other
 /// numbers, those of κ the rebounds of light spheres on grids up to 40 cells to a diameter.
 ///
@@ -51,7 +55,7 @@ inline double added_mass(double radius, double fluid_density) {
 /// κ of one sphere.
 inline double lasting_share(double mass, double added) {
   const double inertia = (mass + added) / (mass + 7 * added);
-  return 2.0 * inertia * inertia * inertia;
+  return 2.1 * inertia * inertia;
 }
 
 /// t [s] of the layer that the contact pays for.
@@ -74,6 +78,13 @@ inline double viscous_share(double radius, double mass, double added, double flu
                       std::sqrt(kinematic_viscosity * age) / (mass + added);
   if (root > 10) return 1;  // a layer far beyond one that is thin against R
   return 1 - std::exp(root * root) * std::erfc(root);
+}
+
+/// ε of one sphere.
+/// @param added m_a [kg]
+/// @param fluid_step Δt of the fluid [s]
+inline double late_share(double mass, double added, double fluid_step, double collision_time) {
+  return 1.8 * added / (mass + added) * fluid_step / collision_time;
 }
 
 /// c [kg/s] of a damper that in a collision of length T_c leaves (1 - β)/(1 + β) of the speed:
