@@ -230,13 +230,13 @@ double FixLubrication::damping_in_collision(const Surfaces& s) const {
     if (!(w > 0)) continue;
     const double radius = atom->radius[k], added = contact::added_mass(radius, density);
     // An image comes as fast as its sphere.
-    const double image = s.mirrored() ? 2 : 1;
-    const double lasting = contact::lasting_share(1 / w, added);
+    const double image = s.mirrored() ? 2 : 1, closeness = s.effective_radius / radius / image;
+    const double lasting = contact::lasting_share(1 / w, added, closeness);
     const double age =
         contact::collision_layer_age(nu, s.collision_time, cell_size_, image * s.speed, lasting);
     const double unresolved = 1 - contact::resolved_layer(image * s.speed * cell_size_ / nu);
-    const double late =
-        unresolved * contact::late_share(1 / w, added, fluid_step_.get(), s.collision_time);
+    const double late = unresolved * contact::late_share(1 / w, added, fluid_step_.get(),
+                                                         s.collision_time, closeness);
     share += mass * w *
              std::max(0.0, contact::viscous_share(radius, 1 / w, added, density, nu, age) - late);
   }

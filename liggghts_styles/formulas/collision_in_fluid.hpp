@@ -19,21 +19,23 @@
 /// t is the time for which the contact pays, because the run's fluid does not: while the layer
 /// grows in the stretched collision, and while it is thinner than the grid tells,
 ///     t = a (T_c/2 + h²/(5 ν))/4 + (1 - a) κ (0.3 T_c + 2.3 h/u),
-///     κ = 2.1 ((m + m_a)/(m + 7 m_a))²,   m_a = (2/3) π R³ ρf.
+///     κ = 2.1 ((m + m_a)/(m + 7 m_a))² (R_eff/R)^{1/2},   m_a = (2/3) π R³ ρf.
 /// a = 1: the layer is thicker than the kernel, whose width adds to it, and half of the impulse (a
 /// quarter of the time) comes later all the same, in flight. a = 0: it is thinner, and the grid
 /// knows of none until the sphere has left the reach of its kernel. A steel sphere (density ratio
-/// 8.3: κ = 1.2) keeps its speed meanwhile; a light one (1.25: κ = 0.28) has lost much of it by
-/// then, and a jump that does not last leaves no impulse to pay. There the fluid takes a part by
+/// 8.3: κ = 1.2 at a wall) keeps its speed meanwhile; a light one (1.25: κ = 0.28) has lost much of
+/// it by then, and a jump that does not last leaves no impulse to pay; the kernel of one that meets
+/// another sphere is left sooner than that of one on a wall. There the fluid takes a part by
 /// itself, too, as its answer to the turn comes some steps late, when the collision is over and
 /// nobody bears it: of the mass that turns m_a/(m + m_a), for some steps of T_c,
-///     ε = 1.8 m_a/(m + m_a) Δt/T_c,
+///     ε = 1.8 m_a/(m + m_a) Δt/T_c (R_eff/R)^{1/2},
 /// and the contact pays β - (1 - a) ε, or nothing. Rebounds at St = 27 (a = 1, D/h =
 /// 6 to 16) and 152 (a = 0), in collisions of five, ten and twenty steps, ask for the other
 /// numbers, those of κ the rebounds of light spheres on grids up to 40 cells to a diameter.
 ///
 /// Symbols: L load of the fluid [N]; m_i, m_j masses, m the reduced one [kg]; w weight [-]; u speed
-/// at the touch [m/s]; St = ρp u D/(9 μ) of the heavier partner; h cell size [m].
+/// at the touch [m/s]; St = ρp u D/(9 μ) of the heavier partner; h cell size [m]; R_eff that
+/// of the film, R at a wall [m].
 namespace bedload::contact {
 
 /// w: 0 up to St = 5, where a contact is an enduring one by default (at St = 5 at the touch the
@@ -53,9 +55,10 @@ inline double added_mass(double radius, double fluid_density) {
 }
 
 /// κ of one sphere.
-inline double lasting_share(double mass, double added) {
+/// @param closeness R_eff/R [-], 1 at a wall
+inline double lasting_share(double mass, double added, double closeness) {
   const double inertia = (mass + added) / (mass + 7 * added);
-  return 2.1 * inertia * inertia;
+  return 2.1 * inertia * inertia * std::sqrt(closeness);
 }
 
 /// t [s] of the layer that the contact pays for.
@@ -83,8 +86,10 @@ inline double viscous_share(double radius, double mass, double added, double flu
 /// ε of one sphere.
 /// @param added m_a [kg]
 /// @param fluid_step Δt of the fluid [s]
-inline double late_share(double mass, double added, double fluid_step, double collision_time) {
-  return 1.8 * added / (mass + added) * fluid_step / collision_time;
+/// @param closeness R_eff/R [-], 1 at a wall
+inline double late_share(double mass, double added, double fluid_step, double collision_time,
+                         double closeness) {
+  return 1.8 * added / (mass + added) * fluid_step / collision_time * std::sqrt(closeness);
 }
 
 /// c [kg/s] of a damper that in a collision of length T_c leaves (1 - β)/(1 + β) of the speed:

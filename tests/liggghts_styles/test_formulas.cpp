@@ -413,15 +413,16 @@ TEST(CollisionInFluid, LayerIsAsOldAsTheGridDoesNotKnow) {
 // More than 1 for steel in oil, a quarter for a light sphere.
 TEST(CollisionInFluid, JumpsOfLightSpheresDoNotLast) {
   const double radius = 2e-3, fluid = 935, added = added_mass(radius, fluid);
-  const auto lasting = [&](double density_ratio) {
-    return lasting_share(density_ratio * 2 * added, added);
+  const auto lasting = [&](double density_ratio, double closeness) {
+    return lasting_share(density_ratio * 2 * added, added, closeness);
   };
-  EXPECT_NEAR(lasting(8.342), 1.17, 0.005);
-  EXPECT_NEAR(lasting(2.5), 2.1 / 4, 1e-12);
-  EXPECT_NEAR(lasting(1.25), 2.1 * 49 / 361, 1e-12);
+  EXPECT_NEAR(lasting(8.342, 1), 1.17, 0.005);
+  EXPECT_NEAR(lasting(2.5, 1), 2.1 / 4, 1e-12);
+  EXPECT_NEAR(lasting(1.25, 1), 2.1 * 49 / 361, 1e-12);
+  EXPECT_NEAR(lasting(1.25, 0.25), 1.05 * 49 / 361, 1e-12);
   // What comes late: 0.03 of a jump for glass in a collision of ten steps, less in longer ones.
-  EXPECT_NEAR(late_share(5 * added, added, 0.01, 0.1), 0.18 / 6, 1e-12);
-  EXPECT_NEAR(late_share(5 * added, added, 0.01, 0.2), 0.09 / 6, 1e-12);
+  EXPECT_NEAR(late_share(5 * added, added, 0.01, 0.1, 1), 0.18 / 6, 1e-12);
+  EXPECT_NEAR(late_share(5 * added, added, 0.01, 0.2, 0.25), 0.045 / 6, 1e-12);
 }
 
 TEST(CollisionInFluid, DampingTakesItsShareFromACollision) {
