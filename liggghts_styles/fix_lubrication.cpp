@@ -329,10 +329,11 @@ contact::SlideAndRoll FixLubrication::missing_logarithms(const Surfaces& s) cons
   const bool wall = s.j < 0 && !s.mirrored();
   if (wall) {
     const double cells = std::max(s.gap, smallest) / h;
-    const auto all = contact::unresolved_logarithms_at_wall(cells);
-    if (marker_film_ == nullptr || s.end != End::no_slip) return all;
+    if (marker_film_ == nullptr || s.end != End::no_slip)
+      return contact::logarithms_lacking_at_wall(cells);  // no markers stand back there
     return contact::rest_of(
-        contact::rest_of(all, contact::logarithms_of_short_steps_at_wall(cells, diffusion_number_)),
+        contact::rest_of(contact::unresolved_logarithms_at_wall(cells),
+                         contact::logarithms_of_short_steps_at_wall(cells, diffusion_number_)),
         {marker_film_->left_at_wall(s.gap).slide, 0});
   }
   const double apart = s.mirrored() ? 2 * s.gap : s.gap, cells = std::max(apart, smallest) / h;

@@ -95,7 +95,8 @@ std::string describe_effects(LAMMPS_NS::LAMMPS* lmp) {
   const bool contacts = lmp->force->pair != nullptr;
   const auto* film =
       dynamic_cast<const FixLubrication*>(lmp->modify->find_fix_style_strict("lubrication", 0));
-  const std::string left = contacts ? "; what markers leave acts" : "";
+  const std::string left =
+      contacts ? "; what markers leave acts" : "; what markers leave acts at walls alone";
   const auto line = [](const char* effect, bool on, const std::string& why) {
     return fmt::format("{}\t{}\t{}\n", effect, on ? "on" : "off", why);
   };

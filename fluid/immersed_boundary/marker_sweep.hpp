@@ -21,7 +21,8 @@ inline double surface_velocity(const SphereState& sphere, const Vec3& r, int c) 
   return sphere.velocity[c] + sphere.angular_velocity[a] * r[b] - sphere.angular_velocity[b] * r[a];
 }
 
-/// Slip of markers, of those that have a volume: the others stand back beside another sphere.
+/// Slip of markers, of those that have a volume: the others stand back beside another sphere or
+/// a wall.
 struct SlipSums {
   double max = 0.0, squares = 0.0;
   std::int64_t components = 0;  ///< that were summed, three a marker

@@ -16,8 +16,8 @@
 
 namespace bedload {
 
-/// Distances from another sphere's surface [cells] up to which a marker has no volume, and from
-/// which on it has all of it.
+/// Distances from another sphere's surface or a wall [cells] up to which a marker has no volume,
+/// and from which on it has all of it.
 inline constexpr double volume_beside_from = 1.0, volume_beside_to = 2.0;
 
 /// What share of its force a marker's neighbourhood returns to it.
@@ -30,15 +30,15 @@ inline constexpr double volume_beside_from = 1.0, volume_beside_to = 2.0;
 /// over all markers of all spheres, which is what keeps spheres in contact stable. A times one is
 /// the interpolation of spread ones, so this costs as much as one forcing loop.
 ///
-/// Where the surface of another sphere is in the same cells, the markers of both would close the
-/// gap between them: the kernel lets nothing flow out of it, the more the less slip is left, that
-/// is with shorter steps or more loops. So markers there stand for less, and for nothing in between
-/// (volume_beside); what the gap does belongs to lubrication.
+/// Where the surface of another sphere, or a wall, is in the same cells, the markers of both would
+/// close the gap between them: the kernel lets nothing flow out of it, the more the less slip is
+/// left, that is with shorter steps or more loops. So markers there stand for less, and for nothing
+/// in between (volume_beside); what the gap does belongs to lubrication.
 ///
 /// The steps below work on a scratch field that is zero before and after. `markers` is a
 /// range of indices into the list.
 
-/// Share of its volume that a marker keeps at `distance` [cells] from another sphere's surface.
+/// Share of its volume that a marker keeps at `distance` [cells] from another surface.
 inline double volume_beside(double distance) {
   return std::clamp((distance - volume_beside_from) / (volume_beside_to - volume_beside_from), 0.0,
                     1.0);

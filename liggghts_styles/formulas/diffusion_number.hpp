@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-/// How much slip the fluid's markers leave where two spheres share cells: the films between them
-/// (formulas/lubrication.hpp, formulas/tangential_lubrication.hpp) know of it by one number.
+/// How much slip the fluid's markers leave where two spheres share cells, and beside a wall: the
+/// films there (formulas/lubrication.hpp, formulas/tangential_lubrication.hpp) know of it by one
+/// number.
 namespace bedload::contact {
 
 /// λ = ν Δt/h² / n^1.3, n loops of the forcing in a step: they leave as little slip as one loop in

@@ -94,12 +94,17 @@ inline double unresolved_logarithm(double x) {
 inline double slide_left_at_wall(double s) { return 0.54 * std::exp(-s * (1.6 + 2.05 * s)); }
 inline double drag_left_at_wall(double s) { return 1.36 * std::exp(-s * (0.55 + 2.75 * s)); }
 
-/// Λ of both motions, with ν Δt/h² = 0.2. @param cells ζ/h
-inline SlideAndRoll unresolved_logarithms_at_wall(double cells) {
+/// Λ of both motions that a grid lacks at a wall with all markers. @param cells ζ/h
+inline SlideAndRoll logarithms_lacking_at_wall(double cells) {
   constexpr SlideAndRoll k = tangential_unresolved_at_wall;
-  return {
-      unresolved_logarithm(k.slide * cells) + slide_left_at_wall(cells),
-      std::max(0.0, unresolved_logarithm(k.roll * cells) - 0.12 * std::exp(-2.5 * cells * cells))};
+  return {unresolved_logarithm(k.slide * cells), unresolved_logarithm(k.roll * cells)};
+}
+
+/// The same with those that stand back, with ν Δt/h² = 0.2.
+inline SlideAndRoll unresolved_logarithms_at_wall(double cells) {
+  const SlideAndRoll lacking = logarithms_lacking_at_wall(cells);
+  return {lacking.slide + slide_left_at_wall(cells),
+          std::max(0.0, lacking.roll - 0.12 * std::exp(-2.5 * cells * cells))};
 }
 inline SlideAndRoll unresolved_logarithms_of_pair(double cells) {
   constexpr SlideAndRoll k = tangential_unresolved_of_pair;

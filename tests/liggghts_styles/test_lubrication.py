@@ -387,11 +387,7 @@ def tangential_drag(size, gap):
     motions[:, 1] *= 1 + 0.5 * gap / a
     motions[1, 0] *= 1 if size is None else 1 / (1 + gap / (a * (1 + size)))
     cells = gap / SLIDE_H
-    if size is None:  # with what markers leave that stand back from a wall, and what they resolve more
-        more = [0.54 * np.exp(-1.6 * cells - 2.05 * cells**2), -0.12 * np.exp(-2.5 * cells**2)]
-        logarithms = exp1(np.array([3.1, 2.4]) * cells) + more
-    else:
-        logarithms = exp1(np.array([1.27, 4.8]) * cells**2) / 2
+    logarithms = exp1(np.array([3.1, 2.4]) * cells) if size is None else exp1(np.array([1.27, 4.8]) * cells**2) / 2
     return motions.T @ np.diag(np.diag(dampers) * logarithms) @ motions
 
 
