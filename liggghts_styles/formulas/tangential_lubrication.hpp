@@ -53,8 +53,8 @@
 /// against the centre's way along the wall, whoever turns, as the cap that stands back pushes no
 /// fluid any more:
 ///     Λ_s: 0.54 exp(-1.6 s - 2.05 s²) - 0.15 ln(0.2/λ) exp(-1.2 s - 1.2 s²),   s = ζ/h,
-///     Λ_d: 1.36 exp(-0.55 s - 2.75 s²) - 0.113 ln(0.2/λ) exp(1.4 s - 2.5 s²),  f_d = -2 π μ R Λ_d
-///     v
+///     Λ_d: 1.36 exp(-0.55 s - 2.75 s²) - 0.113 ln(0.2/λ) exp(1.4 s - 2.5 s²),
+///     f_d = -2 π μ R Λ_d v,
 /// both at least 0; of rolling the grid resolves Λ_e = 0.12 exp(-2.5 s²) more than before. Measured
 /// in the same way, a sphere that says it slides or turns, D/h = 8 and 16.
 ///
@@ -149,11 +149,12 @@ inline SlideAndRoll logarithms_of_short_steps_at_wall(double cells, double diffu
   return {0.15 * shorter_than_longest(diffusion_number) * std::exp(-1.2 * s * (1 + s)), 0};
 }
 
-/// Λ that markers leave out which stand back from a wall. @param cells ζ/h, may be below 0 in
-/// contact  @param diffusion_number λ
+/// What markers leave out that stand back from a wall, against sliding and the way along it.
 struct LeftAtWall {
   double slide = 0, drag = 0;  ///< Λ_s, Λ_d
 };
+
+/// @param cells ζ/h, may be below 0 in contact  @param diffusion_number λ
 inline LeftAtWall left_by_markers_at_wall(double cells, double diffusion_number) {
   const double s = std::max(cells, 0.0), shorter = shorter_than_longest(diffusion_number);
   const SlideAndRoll resolved = logarithms_of_short_steps_at_wall(s, diffusion_number);

@@ -43,7 +43,8 @@ def test_peak_is_the_measured_one_whatever_the_collision_time(runner):
 
 def test_a_light_fast_sphere_comes_back(runner):
     """St = 300 at 2.5 times the fluid's density: speed at a gap of D/10 after over before the impact. The fit to
-    experiments (with the added mass in its Stokes number) has 0.88, the run 0.86. It goes 0.08 D into the wall: where
+    experiments (with the added mass in its Stokes number) has 0.88, the run 0.84, and 0.81 where
+    the contact pays what the fluid takes by itself, too. It goes 0.08 D into the wall: where
     the fluid saw it there it came back at 0.76, and at 0.66 where the contact bore nothing of the load either."""
     ten_steps = validation_rebounds._wet_restitution(runner, 300.0, CELLS, 2.5)[1]
     assert ten_steps == pytest.approx(fit(300.0, 2.5), abs=0.06)
@@ -53,28 +54,28 @@ def test_a_light_fast_sphere_comes_back(runner):
 
 def test_a_collision_pays_what_viscosity_takes(runner):
     """St = 100 at 2.5 times the fluid's density, where the layer along the sphere is thinner than a cell: the fit to
-    experiments and the run have 0.73. Without the damper it is 0.85, with twice as much 0.62."""
+    experiments has 0.72, the run 0.71. Without the damper it was 0.85, with twice as much 0.62."""
     restitution = validation_rebounds._wet_restitution(runner, 100.0, CELLS, 2.5)[1]
     assert restitution == pytest.approx(fit(100.0, 2.5), abs=0.06)
 
 
 def test_a_light_sphere_pays_for_a_jump_that_does_not_last(runner):
     """St = 50 at 1.25 times the fluid's density, six cells to a diameter: the fit to experiments has 0.59, the run
-    0.60, and 0.47 where the whole flight out of the kernel counts, as for steel."""
+    0.63, and 0.47 where the whole flight out of the kernel counts, as for steel."""
     restitution = validation_rebounds._wet_restitution(runner, 50.0, 6, 1.25)[1]
     assert restitution == pytest.approx(fit(50.0, 1.25), abs=0.06)
 
 
 def test_light_spheres_come_off_each_other_on_a_coarse_grid(runner):
     """Density ratio 1.25, six cells to a diameter, St = 56 at a gap of D/10: 20 and 30 cells have 0.54 of e_dry back
-    there, the run 0.51. Where the contact pays as at a wall it is 0.44, and as for steel 0.25."""
+    there, the run 0.58. Where the contact paid as at a wall it was 0.44, and as for steel 0.25."""
     restitution = validation_rebounds._onto_sphere(runner, 1.25, 150.0, 6)[1].restitution
     assert restitution == pytest.approx(0.97 * 0.54, abs=0.06)
 
 
 def test_a_light_sphere_comes_off_a_fixed_one(runner):
     """Density ratio 2.5, six cells to a diameter, St = m u/(6 pi mu R_eff^2) = 26 at the touch: beta = 0.138, so
-    that (1 - beta)/(1 + beta) and e_dry leave 0.73 of the speed, the run 0.77. What pushes the sphere towards the
+    that (1 - beta)/(1 + beta) and e_dry leave 0.73 of the speed, the run 0.81. What pushes the sphere towards the
     other one at the touch is the answer to the film just before; where the contact leaves that to the sphere, it
     goes in so deep that it counts as pressed and never comes off."""
     run = validation_rebounds._onto_sphere(runner, 2.5, 80.0, 6)[0]
@@ -96,7 +97,7 @@ PAIR = [  # the fixed sphere of the scene is thrown at the other one
 def test_two_free_spheres_share_what_viscosity_takes(tmp_path):
     """Between equals each jumps by half of the relative jump and loses beta of that, so that the pair loses beta of it
     as one sphere does at a wall. At the touch they have 0.84: beta = 0.13, and 0.97 (1 - beta)/(1 + beta) = 0.75; the
-    run has 0.72. Twice the damper would be 0.57, half of it 0.85."""
+    run has 0.70. Twice the damper would be 0.57, half of it 0.85."""
     folder = scenes.INPUTS / "validation" / "onto_sphere"
     text = (folder / "in.liggghts").read_text(encoding="utf-8")
     for found, given in PAIR:
