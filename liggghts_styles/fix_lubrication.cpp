@@ -327,15 +327,7 @@ void FixLubrication::add(const Surfaces& met) {
 contact::SlideAndRoll FixLubrication::missing_logarithms(const Surfaces& s) const {
   const double h = fluid_cell_.get(), smallest = smallest_gap_ * s.smaller_radius;
   const bool wall = s.j < 0 && !s.mirrored();
-  if (wall) {
-    const double cells = std::max(s.gap, smallest) / h;
-    if (marker_film_ == nullptr || s.end != End::no_slip)
-      return contact::logarithms_lacking_at_wall(cells);  // no markers stand back there
-    return contact::rest_of(
-        contact::rest_of(contact::unresolved_logarithms_at_wall(cells),
-                         contact::logarithms_of_short_steps_at_wall(cells, diffusion_number_)),
-        {marker_film_->left_at_wall(s.gap).slide, 0});
-  }
+  if (wall) return contact::logarithms_lacking_at_wall(std::max(s.gap, smallest) / h);
   const double apart = s.mirrored() ? 2 * s.gap : s.gap, cells = std::max(apart, smallest) / h;
   const auto all = contact::unresolved_logarithms_of_pair(cells);
   if (marker_film_ == nullptr || !in_fluid(s)) return all;

@@ -65,10 +65,10 @@ contact::SlideAndRoll FixMarkerFilm::logarithms(double gap) const {
   return contact::logarithms_left_by_markers(cells, diffusion_number_);
 }
 
-contact::LeftAtWall FixMarkerFilm::left_at_wall(double gap) const {
-  const double cells = gap / cell_.get();
+contact::LeftAtWall FixMarkerFilm::left_at_wall(double gap, double radius) const {
+  const double cell = cell_.get(), cells = gap / cell;
   if (cells > contact::left_by_markers_to) return {};
-  return contact::left_by_markers_at_wall(cells, diffusion_number_);
+  return contact::left_by_markers_at_wall(cells, 0.5 * cell / radius, diffusion_number_);
 }
 
 void FixMarkerFilm::pre_force(int) {
@@ -125,11 +125,11 @@ void FixMarkerFilm::add_image(int i, const contact::Vector3& normal, double gap)
 
 void FixMarkerFilm::add_wall(int i, const contact::Vector3& normal, double gap,
                              const contact::Vector3& velocity) {
-  const contact::LeftAtWall left = left_at_wall(gap);
-  films_.add({i, -1, normal, velocity,
-              contact::tangential_film_at_wall(viscosity_.get(), atom->radius[i], gap,
-                                               {left.slide, 0}, left.drag),
-              false});
+  const double a = atom->radius[i];
+  films_.add(
+      {i, -1, normal, velocity,
+       contact::tangential_film_at_wall(viscosity_.get(), a, gap, none, left_at_wall(gap, a)),
+       false});
 }
 
 void FixMarkerFilm::act(double** loads) {

@@ -54,8 +54,8 @@ class FixMarkerFilm : public LAMMPS_NS::Fix {
   /// Λ that it gives to two spheres in the fluid, or to one and its image, with `gap` [m] between
   /// them.
   contact::SlideAndRoll logarithms(double gap) const;
-  /// What it gives to a sphere in the fluid at a no-slip end.
-  contact::LeftAtWall left_at_wall(double gap) const;
+  /// What it gives to a sphere in the fluid of that radius [m] at a no-slip end.
+  contact::LeftAtWall left_at_wall(double gap, double radius) const;
 
   bool in_fluid(int i) const { return (atom->mask[i] & groupbit) != 0; }
   bool both_in_fluid(int i, int j) const { return in_fluid(i) && in_fluid(j); }

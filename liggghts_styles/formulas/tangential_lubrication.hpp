@@ -49,14 +49,18 @@
 ///     Λ_s: 0.19 ln(0.2/λ) exp(-0.3 ζ/h - 1.3 ζ²/h²),   Λ_e: 0.11 ln(0.2/λ) exp(-0.9 ζ²/h²),
 /// measured there from λ = 0.003 on, by steps as by loops.
 ///
-/// Beside a wall of the fluid they stand back, too. What they leave there is against sliding, and
-/// against the centre's way along the wall, whoever turns, as the cap that stands back pushes no
-/// fluid any more:
-///     Λ_s: 0.54 exp(-1.6 s - 2.05 s²) - 0.15 ln(0.2/λ) exp(-1.2 s - 1.2 s²),   s = ζ/h,
-///     Λ_d: 1.36 exp(-0.55 s - 2.75 s²) - 0.113 ln(0.2/λ) exp(1.4 s - 2.5 s²),
-///     f_d = -2 π μ R Λ_d v,
-/// both at least 0; of rolling the grid resolves Λ_e = 0.12 exp(-2.5 s²) more than before. Measured
-/// in the same way, a sphere that says it slides or turns, D/h = 8 and 16.
+/// Beside a wall of the fluid they stand back, too. What they leave there is no damper of one
+/// motion: the cap that stands back pushes no fluid any more, and on coarse grids it is a larger
+/// part of the sphere. So it is a symmetric matrix over v and w = n x a ω,
+///     F = -2 π μ R (Λ_v v + Λ_vω w),    T = -a n x F',    F' = -2 π μ R (Λ_vω v + Λ_ω w),
+/// with s = ζ/h and c = h/(2a),
+///     Λ_v:  1.85 exp(-1.1 s - 2.25 s²)            - L (0.15 E + 0.113 exp(1.4 s - 2.5 s²)),
+///     Λ_vω: (0.39 + 11.2 c²) exp(-s - 2.3 s²)     - L (0.1 + 1.65 c²) E,
+///     Λ_ω:  (0.485 + 170 c⁴) exp(-1.95 s - 2 s²)  - L (0.15 + 60 c⁴) E,
+///     L = ln(0.2/λ),    E = exp(-1.2 s - 1.2 s²),
+/// each at least 0, and Λ_ω at least Λ_vω²/Λ_v, so that nothing is ever driven. Measured as the
+/// difference of two programs (commits 67145bd and 8b69049) that see the same sphere slide and
+/// turn, D/h = 4 to 16, s = 0.002 to 1.
 ///
 /// Symbols: μ dynamic viscosity [Pa s]; ζ surface gap [m]; n unit vector from j to i; a, b radii
 /// [m]; v velocity of i relative to j, ω spins [1/s]. The arms a and b reach to the middle of the
@@ -89,23 +93,13 @@ inline double unresolved_logarithm(double x) {
   return std::exp(-x) / x * (x * (x + 2.334733) + 0.250621) / (x * (x + 3.330657) + 1.681534);
 }
 
-/// What markers leave at a wall with ν Δt/h² = 0.2, of sliding and of the way along it.
-/// @param s ζ/h, at least 0
-inline double slide_left_at_wall(double s) { return 0.54 * std::exp(-s * (1.6 + 2.05 * s)); }
-inline double drag_left_at_wall(double s) { return 1.36 * std::exp(-s * (0.55 + 2.75 * s)); }
-
-/// Λ of both motions that a grid lacks at a wall with all markers. @param cells ζ/h
+/// Λ of both motions that a grid lacks at a wall. @param cells ζ/h
 inline SlideAndRoll logarithms_lacking_at_wall(double cells) {
   constexpr SlideAndRoll k = tangential_unresolved_at_wall;
   return {unresolved_logarithm(k.slide * cells), unresolved_logarithm(k.roll * cells)};
 }
 
-/// The same with those that stand back, with ν Δt/h² = 0.2.
-inline SlideAndRoll unresolved_logarithms_at_wall(double cells) {
-  const SlideAndRoll lacking = logarithms_lacking_at_wall(cells);
-  return {lacking.slide + slide_left_at_wall(cells),
-          std::max(0.0, lacking.roll - 0.12 * std::exp(-2.5 * cells * cells))};
-}
+/// The same between two spheres.
 inline SlideAndRoll unresolved_logarithms_of_pair(double cells) {
   constexpr SlideAndRoll k = tangential_unresolved_of_pair;
   const double square = cells * cells;
@@ -143,23 +137,29 @@ inline SlideAndRoll logarithms_left_by_markers(double cells, double diffusion_nu
                  logarithms_of_short_steps(s, diffusion_number));
 }
 
-/// The same at a wall: of sliding alone.
-inline SlideAndRoll logarithms_of_short_steps_at_wall(double cells, double diffusion_number) {
-  const double s = std::max(cells, 0.0);
-  return {0.15 * shorter_than_longest(diffusion_number) * std::exp(-1.2 * s * (1 + s)), 0};
-}
-
-/// What markers leave out that stand back from a wall, against sliding and the way along it.
+/// What markers leave out that stand back from a wall: of the way along it, of the turning, and
+/// what ties one to the other.
 struct LeftAtWall {
-  double slide = 0, drag = 0;  ///< Λ_s, Λ_d
+  double way = 0, tie = 0, turn = 0;  ///< Λ_v, Λ_vω, Λ_ω
 };
 
-/// @param cells ζ/h, may be below 0 in contact  @param diffusion_number λ
-inline LeftAtWall left_by_markers_at_wall(double cells, double diffusion_number) {
+/// @param cells ζ/h, may be below 0 in contact  @param cell_share c = h/(2a), measured to 1/4
+/// @param diffusion_number λ
+inline LeftAtWall left_by_markers_at_wall(double cells, double cell_share,
+                                          double diffusion_number) {
   const double s = std::max(cells, 0.0), shorter = shorter_than_longest(diffusion_number);
-  const SlideAndRoll resolved = logarithms_of_short_steps_at_wall(s, diffusion_number);
-  return {std::max(0.0, slide_left_at_wall(s) - resolved.slide),
-          std::max(0.0, drag_left_at_wall(s) - 0.113 * shorter * std::exp(s * (1.4 - 2.5 * s)))};
+  const double c = std::min(cell_share, 0.25), square = c * c, fourth = square * square;
+  const double resolved = shorter * std::exp(-1.2 * s * (1 + s));
+  LeftAtWall left;
+  left.way = std::max(0.0, 1.85 * std::exp(-s * (1.1 + 2.25 * s)) - 0.15 * resolved -
+                               0.113 * shorter * std::exp(s * (1.4 - 2.5 * s)));
+  if (left.way == 0) return left;
+  left.tie = std::max(0.0, (0.39 + 11.2 * square) * std::exp(-s * (1 + 2.3 * s)) -
+                               (0.1 + 1.65 * square) * resolved);
+  left.turn = std::max(
+      left.tie * left.tie / left.way,
+      (0.485 + 170 * fourth) * std::exp(-s * (1.95 + 2 * s)) - (0.15 + 60 * fourth) * resolved);
+  return left;
 }
 
 /// The dampers [kg/s], and the bodies that they act between.
@@ -167,7 +167,8 @@ struct TangentialFilm {
   double slide, roll;   ///< 2 π μ R Λ_s, 4.8 π μ R Λ_e
   double arm_i, arm_j;  ///< a, b to the middle of the gap [m]; arm_j is 0 at a wall
   double skew;          ///< χ
-  double drag = 0;      ///< 2 π μ R Λ_d, of a wall
+  /// 2 π μ R times Λ_v, Λ_vω and Λ_ω, of a wall
+  double way = 0, tie = 0, turn = 0;
 };
 
 inline TangentialFilm tangential_film(double viscosity, double effective_radius,
@@ -188,13 +189,15 @@ inline TangentialFilm tangential_film_of_pair(double viscosity, double a, double
 }
 
 /// The wall is a sphere of infinite radius that does not turn.
-/// @param drag Λ_d
+/// @param left what its markers leave
 inline TangentialFilm tangential_film_at_wall(double viscosity, double a, double gap,
-                                              const SlideAndRoll& logarithms, double drag = 0) {
+                                              const SlideAndRoll& logarithms,
+                                              const LeftAtWall& left = {}) {
   TangentialFilm film = tangential_film(viscosity, a, logarithms);
   film.arm_i = a + 0.5 * gap;
   film.skew = -1;
-  film.drag = tangential_film(viscosity, a, {drag, 0}).slide;
+  const double strength = tangential_film(viscosity, a, {1, 0}).slide;
+  film.way = strength * left.way, film.tie = strength * left.tie, film.turn = strength * left.turn;
   return film;
 }
 
@@ -220,8 +223,8 @@ inline TangentialLoads tangential_loads(const TangentialFilm& film, const Vector
     const double i = film.arm_i * turn_i[d], j = film.arm_j * turn_j[d];
     const double sliding = -film.slide * (v[d] + i + j);
     const double rolling = -film.roll * 0.5 * (film.skew * v[d] + i - j);
-    loads.force[d] = sliding + 0.5 * film.skew * rolling - film.drag * v[d];
-    on_i[d] = -film.arm_i * (sliding + 0.5 * rolling);
+    loads.force[d] = sliding + 0.5 * film.skew * rolling - film.way * v[d] - film.tie * i;
+    on_i[d] = -film.arm_i * (sliding + 0.5 * rolling - film.tie * v[d] - film.turn * i);
     on_j[d] = -film.arm_j * (sliding - 0.5 * rolling);
   }
   loads.torque_i = cross(n, on_i);
@@ -236,7 +239,7 @@ inline double tangential_rate(const TangentialFilm& film, double arm, double inv
   const double turning = arm * arm * inverse_inertia;
   return film.slide * (inverse_mass + turning) +
          0.25 * film.roll * (film.skew * film.skew * inverse_mass + turning) +
-         film.drag * inverse_mass;
+         film.way * inverse_mass + film.turn * turning;
 }
 
 /// What the dampers of a film are multiplied by in a step: the mean over the step of a motion that

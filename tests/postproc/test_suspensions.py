@@ -8,6 +8,8 @@ from bedload_studies.validation_suspensions import (
     eilers_viscosity,
     richardson_zaki_exponent,
     settling_reynolds,
+    slower_by_images,
+    structure_factor,
     zarraga_viscosity,
 )
 
@@ -34,6 +36,15 @@ def test_a_sphere_alone():
     """Stokes: u = (rho_p/rho_f - 1) g D^2/(18 nu), Re = Ga^2/18."""
     assert settling_reynolds(0.01) == pytest.approx(1e-4 / 18.0, rel=1e-3)
     assert settling_reynolds(10.0) == pytest.approx(4.0, rel=2e-3)  # 24 (1 + 0.15 4^0.687) 4 = 133 = 4/3 100
+
+
+def test_what_images_take():
+    """One sphere in a wide box: Hasimoto's 2.8373 R/L; many: as the width, by S(0) = 1 - 8 phi of few."""
+    share = np.pi / 6.0 / 40.0**3
+    assert slower_by_images(share, 1.0) == pytest.approx(2.8373 * 0.5 / 40.0, rel=1e-3)
+    assert structure_factor(1e-4) == pytest.approx(1.0 - 8e-4, abs=1e-6)
+    assert structure_factor(0.3) == pytest.approx(0.7**4 / (1.6**2 - 0.027 * 3.7))
+    assert slower_by_images(0.1, 800.0) == pytest.approx(0.5 * slower_by_images(0.1, 100.0))
 
 
 class MadeUp:
