@@ -153,13 +153,15 @@ def test_images_behind_free_slip_ends(tmp_path):
 
 @pytest.mark.parametrize("gap, model", itertools.product((0.0125, -1e-4, 0.1), ("actm", "")))
 def test_no_slip_ends(tmp_path, gap, model):
-    """A sphere that slides and turns over a wall that moves: drag against the wall alone, whoever turns, and sliding of
-    the surfaces, with any model or none; no wall of the script need stand there."""
+    """A sphere that slides and turns over a wall that moves: what markers leave of the way along the wall, of the
+    turning and between both, with any model or none; no wall of the script need stand there."""
     speed, spin = 0.3, 0.5
-    s, shorter = max(gap, 0.0) / CELL, np.log(0.2 * CELL**2 / (VISCOSITY * TIME_STEP))
-    slide, drag = (max(0.0, size * np.exp(-s * (a + b * s)) - shorter * part * np.exp(-s * (c + d * s)))
-                   for size, a, b, part, c, d in ((0.54, 1.6, 2.05, 0.15, 1.2, 1.2),
-                                                  (1.36, 0.55, 2.75, 0.113, -1.4, 2.5)))  # fmt: skip
+    s, c, shorter = max(gap, 0.0) / CELL, 0.5 * CELL / RADIUS, np.log(0.2 * CELL**2 / (VISCOSITY * TIME_STEP))
+    resolved = shorter * np.exp(-1.2 * s * (1.0 + s))
+    way = 1.85 * np.exp(-s * (1.1 + 2.25 * s)) - 0.15 * resolved - 0.113 * shorter * np.exp(s * (1.4 - 2.5 * s))
+    tie = (0.39 + 11.2 * c**2) * np.exp(-s * (1.0 + 2.3 * s)) - (0.1 + 1.65 * c**2) * resolved
+    turn = (0.485 + 170.0 * c**4) * np.exp(-s * (1.95 + 2.0 * s)) - (0.15 + 60.0 * c**4) * resolved
+    turn = max(turn, tie**2 / way)
     arm, across = RADIUS + 0.5 * gap, speed - WALL_SPEED
     scale = 2.0 * np.pi * VISCOSITY * RADIUS
     spheres = (f"create_atoms 2 single 2 {RADIUS + gap} 2 units box\ncreate_atoms 1 single 2 3 2 units box\n"
@@ -169,9 +171,8 @@ def test_no_slip_ends(tmp_path, gap, model):
     script = script.replace("id omegaz f_couple_film[6] f_couple_torque[3]", "id f_couple_film[1] f_couple_film[6]")
     rows = [row.split()[1:] for row in films_of(tmp_path, script, "pmp").splitlines() if row.startswith("1 ")]
     force, torque = np.array(rows, dtype=float)[1]
-    sliding = scale * slide * (across + arm * spin)
-    assert force == pytest.approx(-sliding - scale * drag * across, rel=0.01)
-    assert torque == pytest.approx(-arm * sliding, rel=0.01)
+    assert force == pytest.approx(-scale * (way * across + tie * arm * spin), rel=0.01)
+    assert torque == pytest.approx(-arm * scale * (tie * across + turn * arm * spin), rel=0.01)
 
 
 DUMPED = "x y z vx vy vz omegax omegay omegaz mass radius"
