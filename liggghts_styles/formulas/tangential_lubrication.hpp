@@ -58,7 +58,8 @@
 ///     Λ_vω: (0.39 + 11.2 c²) exp(-s - 2.3 s²)     - L (0.1 + 1.65 c²) E,
 ///     Λ_ω:  (0.485 + 170 c⁴) exp(-1.95 s - 2 s²)  - L (0.15 + 60 c⁴) E,
 ///     L = ln(0.2/λ),    E = exp(-1.2 s - 1.2 s²),
-/// each at least 0, and Λ_ω at least Λ_vω²/Λ_v, so that nothing is ever driven. Measured as the
+/// each at least 0, Λ_vω at most Λ_v and Λ_ω at least Λ_vω²/Λ_v, so that nothing is ever driven.
+/// Measured as the
 /// difference of two programs (commits 67145bd and 8b69049) that see the same sphere slide and
 /// turn, D/h = 4 to 16, s = 0.002 to 1.
 ///
@@ -153,11 +154,11 @@ inline LeftAtWall left_by_markers_at_wall(double cells, double cell_share,
   LeftAtWall left;
   left.way = std::max(0.0, 1.85 * std::exp(-s * (1.1 + 2.25 * s)) - 0.15 * resolved -
                                0.113 * shorter * std::exp(s * (1.4 - 2.5 * s)));
-  if (left.way == 0) return left;
-  left.tie = std::max(0.0, (0.39 + 11.2 * square) * std::exp(-s * (1 + 2.3 * s)) -
-                               (0.1 + 1.65 * square) * resolved);
+  left.tie = std::clamp(
+      (0.39 + 11.2 * square) * std::exp(-s * (1 + 2.3 * s)) - (0.1 + 1.65 * square) * resolved, 0.0,
+      left.way);
   left.turn = std::max(
-      left.tie * left.tie / left.way,
+      left.way > 0 ? left.tie * left.tie / left.way : 0.0,
       (0.485 + 170 * fourth) * std::exp(-s * (1.95 + 2 * s)) - (0.15 + 60 * fourth) * resolved);
   return left;
 }

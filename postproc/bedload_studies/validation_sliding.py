@@ -83,10 +83,11 @@ def _left_at_wall(cells: float, n: int, number: float) -> tuple[float, float, fl
     shorter, s, c = math.log(DIFFUSION / number), cells, min(1.0 / n, 0.25)
     resolved = shorter * math.exp(-1.2 * s * (1.0 + s))
     way = 1.85 * math.exp(-s * (1.1 + 2.25 * s)) - 0.15 * resolved - 0.113 * shorter * math.exp(s * (1.4 - 2.5 * s))
-    if way <= 0.0:
-        return 0.0, 0.0, 0.0
-    tie = max(0.0, (0.39 + 11.2 * c**2) * math.exp(-s * (1.0 + 2.3 * s)) - (0.1 + 1.65 * c**2) * resolved)
+    tie = (0.39 + 11.2 * c**2) * math.exp(-s * (1.0 + 2.3 * s)) - (0.1 + 1.65 * c**2) * resolved
     turn = (0.485 + 170.0 * c**4) * math.exp(-s * (1.95 + 2.0 * s)) - (0.15 + 60.0 * c**4) * resolved
+    if way <= 0.0:
+        return 0.0, 0.0, max(0.0, turn)
+    tie = min(max(0.0, tie), way)
     return way, tie, max(turn, tie**2 / way)
 
 

@@ -158,10 +158,12 @@ def test_no_slip_ends(tmp_path, gap, model):
     speed, spin = 0.3, 0.5
     s, c, shorter = max(gap, 0.0) / CELL, 0.5 * CELL / RADIUS, np.log(0.2 * CELL**2 / (VISCOSITY * TIME_STEP))
     resolved = shorter * np.exp(-1.2 * s * (1.0 + s))
-    way = 1.85 * np.exp(-s * (1.1 + 2.25 * s)) - 0.15 * resolved - 0.113 * shorter * np.exp(s * (1.4 - 2.5 * s))
+    way = max(0.0, 1.85 * np.exp(-s * (1.1 + 2.25 * s)) - 0.15 * resolved
+              - 0.113 * shorter * np.exp(s * (1.4 - 2.5 * s)))  # fmt: skip
     tie = (0.39 + 11.2 * c**2) * np.exp(-s * (1.0 + 2.3 * s)) - (0.1 + 1.65 * c**2) * resolved
+    tie = min(max(0.0, tie), way)
     turn = (0.485 + 170.0 * c**4) * np.exp(-s * (1.95 + 2.0 * s)) - (0.15 + 60.0 * c**4) * resolved
-    turn = max(turn, tie**2 / way)
+    turn = max(turn, 0.0, tie**2 / way if way else 0.0)
     arm, across = RADIUS + 0.5 * gap, speed - WALL_SPEED
     scale = 2.0 * np.pi * VISCOSITY * RADIUS
     spheres = (f"create_atoms 2 single 2 {RADIUS + gap} 2 units box\ncreate_atoms 1 single 2 3 2 units box\n"
