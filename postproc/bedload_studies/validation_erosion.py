@@ -12,9 +12,11 @@ from bedload_post.flow_statistics import FlowStatistics
 from bedload_post.incipient_motion import flux_of
 from bedload_post.outputs import Run
 
+from .suspension_rheology import flux_of_bed
 from .validation_runs import Curve, Result, Row, Runner, thin
 
 GALILEO = 0.397
+RHEOLOGY = "Boyer, Guazzelli & Pouliquen 2011"
 LOOSE = 0.05  # grains' share of the volume at which the clear fluid begins
 Changes = tuple[dict[str, object], dict[str, object]]  # of fluid.toml and of in.liggghts of the scene
 MEASURED, COMPUTED = "Aussillous et al. 2013", "Biegert et al. 2017"
@@ -106,6 +108,9 @@ def rows_of(s: FlowStatistics, top: float, reference: Reference, diameter: float
             source=f"{MEASURED}; computed {reference.shields_computed:g} ({COMPUTED})"),
         Row(f"{name}: flux of grains over fluid", grains / fluid, middle, (high - low) / (high + low),
             source=f"middle of {low:g} to {high:g}, {MEASURED}"),
+        Row(f"{name}: the same beside what a suspension's rheology lets such a bed carry", grains / fluid,
+            flux_of_bed(found / GALILEO**2, loose, LOOSE, surface_of(s) / diameter) / (found / GALILEO**2),
+            source=RHEOLOGY),
         Row(f"{name}: packing from D above the floor to D below the surface", bulk, 0.609, 0.02, source=COMPUTED),
     ]  # fmt: skip
 

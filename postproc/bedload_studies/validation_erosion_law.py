@@ -10,7 +10,8 @@ from bedload_post.flow_statistics import FlowStatistics
 from bedload_post.outputs import Run
 from scipy.stats import t as student
 
-from .validation_erosion import Changes, flux_samples, fluxes, height_above, surface_of
+from .suspension_rheology import flux_of_bed
+from .validation_erosion import RHEOLOGY, Changes, flux_samples, fluxes, height_above, surface_of
 from .validation_runs import Curve, Result, Row, Runner
 
 CUBE = "Kidanemariam & Uhlmann 2014"
@@ -47,11 +48,13 @@ def law_run(galileo: float, model: str) -> Changes:
 
 @dataclass(frozen=True)
 class Point:
-    """One run of the law: Shields numbers of the upper wall's stress and of the parabola, flux over Ga^2 nu."""
+    """One run of the law: Shields numbers of the upper wall's stress and of the parabola, flux over Ga^2 nu, and that
+    of a suspension's rheology."""
 
     stress: float
     parabola: float
     flux: float
+    rheology: float
     rows: list[Row]
 
 
@@ -89,6 +92,11 @@ def shields_of_parabola(run: Run, s: FlowStatistics) -> tuple[float, float]:
     return height, 6.0 * fluxes(s)[0] / viscous_flux(run) / height**2
 
 
+def flux_of_run(run: Run, s: FlowStatistics, height: float) -> float:
+    """Flux over Ga^2 nu that a suspension's rheology has under the fluid's flux in that clear height over D."""
+    return flux_of_bed(fluxes(s)[0] / viscous_flux(run), height, CLEAR, surface_of(s) / run.diameter)
+
+
 def flux_below(s: FlowStatistics, height: float) -> float:
     """Share of the grains' flux below a height."""
     flux = s["mobile"] * s["grain_u"] * np.diff(s["y_face"])
@@ -102,11 +110,12 @@ def point_of(run: Run, name: str) -> Point:
     settling = law_point(run, (middle, end))[1] / law_point(run, (begin, middle))[1]
     s = flow_statistics.read(run)
     height, parabola = shields_of_parabola(run, s)
-    return Point(stress, parabola, flux, [
+    rheology = flux_of_run(run, s, height)
+    return Point(stress, parabola, flux, rheology, [
         Row(f"{name}: Shields number of the upper wall's stress", stress),
         Row(f"{name}: h_f/D, from a packing of {CLEAR:g} to the wall", height),
         Row(f"{name}: Shields number of the parabola over that height", parabola),
-        Row(f"{name}: flux of grains / (Ga^2 nu)", flux),
+        Row(f"{name}: flux of grains / (Ga^2 nu)", flux, rheology, source=RHEOLOGY),
         Row(f"{name}: flux of grains over fluid", fluxes(s)[1] / fluxes(s)[0]),
         Row(f"{name}: flux, second half of that time over the first", settling, 1.0, STEADY, source="steady"),
         Row(f"{name}: share of the flux more than 2 D below the bed's surface",
@@ -162,6 +171,8 @@ def erosion_law(runner: Runner) -> Result:
         Curve("runs, Shields number of the upper wall's stress", np.round(stress, 5).tolist(),
               np.round(flux, 6).tolist(), points=True),
         Curve(f"fit, exponent {exponent:.2f} +- {half:.2f}", ends.tolist(), (factor * ends**exponent).tolist()),
+        Curve(f"rheology of a suspension, {RHEOLOGY}", np.round(shields, 5).tolist(),
+              np.round([point.rheology for point in points], 6).tolist()),
         Curve(f"cube, {cube:.2f} times", ends.tolist(), (cube * ends**3).tolist()),
     ]  # fmt: skip
     return result
