@@ -258,7 +258,7 @@ void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, dou
     ++loops;
     if (loops == most_loops_ && !measure) break;
     after = find_increments(velocity);
-    if (loops == most_loops_ || within_tolerance(after.max)) break;
+    if (loops == most_loops_ || within_tolerance(after.within_reach)) break;
   }
   applied_ = {.loops = loops, .before = before, .after = after};
   sum_applied(stage_step);

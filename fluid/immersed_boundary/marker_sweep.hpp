@@ -25,6 +25,8 @@ inline double surface_velocity(const SphereState& sphere, const Vec3& r, int c) 
 /// a wall.
 struct SlipSums {
   double max = 0.0, squares = 0.0;
+  /// Largest slip, of markers that stand for less than a cell so much less: what loops can take.
+  double within_reach = 0.0;
   std::int64_t components = 0;  ///< that were summed, three a marker
 };
 
@@ -35,7 +37,7 @@ void for_slips(const MarkerList<Real>& list, const Field<Real>& velocity, int co
                Use use) {
   const Real* origin = velocity.row(0, 0, 0);
   const auto plane = static_cast<std::ptrdiff_t>(velocity.plane_size());
-  Real largest{};
+  Real largest{}, within_reach{};
   for (const auto& range : list.ranges) {
     const SphereState& sphere = state_of(range.sphere);
     const MarkerLayout& layout = layouts[static_cast<std::size_t>(range.layout)];
@@ -51,11 +53,13 @@ void for_slips(const MarkerList<Real>& list, const Field<Real>& velocity, int co
       if (list.volume[m] == Real{}) continue;
       ++sums.components;
       largest = std::max(largest, std::abs(slip));
+      within_reach = std::max(within_reach, std::min(list.volume[m], Real{1}) * std::abs(slip));
       square += static_cast<double>(slip) * static_cast<double>(slip);
     }
     sums.squares += square;
   }
   sums.max = std::max(sums.max, static_cast<double>(largest));
+  sums.within_reach = std::max(sums.within_reach, static_cast<double>(within_reach));
 }
 
 /// u += J^T increment. Adds what the fluid gets to given_of(number of the sphere).
