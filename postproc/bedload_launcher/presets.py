@@ -6,6 +6,7 @@ the scene as its author made it, but for the precision.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from . import verdicts
@@ -74,9 +75,9 @@ def finer(scene: Scene, resolution: float, name: str) -> list[str]:
     return lines
 
 
-def cases_like(scene: Scene, model: str | None) -> list[str]:
+def cases_like(scene: Scene, model: str | None, settings: Sequence[str] = ()) -> list[str]:
     """The cases of the kept study whose physics the scene has."""
-    if not scene.has_spheres:
+    if not scene.has_spheres(settings):
         return ["channel"]
     if not scene.moves_grains:
         return ["array_drag"]
@@ -98,9 +99,9 @@ def measured_errors(label: str, cases: list[str]) -> list[str]:
 def errors_to_expect(scene: Scene, model: str | None, accuracy: str | None, settings: list[str]) -> str | None:
     """One line on the errors that the kept study found at the scene's own resolution, or at the nearest that it has:
     `settings` are those of the preset `accuracy` with what the user set."""
-    cases = cases_like(scene, model)
-    diameter = scene.value("reference", "diameter")
-    if not scene.has_spheres:
+    cases = cases_like(scene, model, settings)
+    diameter = scene.value("reference", "diameter", settings)
+    if not scene.has_spheres(settings):
         label, where = f"preset {accuracy or 'standard'}", "with twenty cells from wall to wall before the preset"
     elif isinstance(diameter, int | float) and diameter > 0:
         own = diameter / scene.cell_size(settings)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from .build import ROOT
 from .errors import UserError, unknown
+from .override import override_table
 from .script import Line, walk
 
 INPUTS = ROOT / "inputs"
@@ -36,10 +37,9 @@ class Scene:
         """Without a LIGGGHTS script no LIGGGHTS is started."""
         return self.script.is_file()
 
-    @property
-    def has_spheres(self) -> bool:
+    def has_spheres(self, overrides: Sequence[str] = ()) -> bool:
         """LIGGGHTS' or those of a file."""
-        return self.moves_grains or bool(self.value("spheres", "file"))
+        return self.moves_grains or bool(self.value("spheres", "file", overrides))
 
     def settings_text(self) -> str:
         """fluid.toml as it stands; raises UserError with the line where it is not UTF-8."""
@@ -59,10 +59,13 @@ class Scene:
         except tomllib.TOMLDecodeError as error:
             raise UserError(f"{self.folder / 'fluid.toml'}: {error}.") from error
 
-    def value(self, table: str, key: str):
-        """One value of fluid.toml, None where the file has none; whether it is allowed, bedload-fluid says."""
-        found = self.settings().get(table)
-        return found.get(key) if isinstance(found, dict) else None
+    def value(self, table: str, key: str, overrides: Sequence[str] = ()):
+        """One value of fluid.toml, or of the last of `overrides` that says otherwise.
+
+        None where there is none; whether it is allowed, bedload-fluid says.
+        """
+        tables = [override_table(line) for line in reversed(overrides)] + [self.settings()]
+        return next((found[table][key] for found in tables if key in within(found, table)), None)
 
     def default_model(self) -> str | None:
         """The model that the script itself sets (`variable model index NAME`), if any."""
@@ -90,19 +93,14 @@ class Scene:
         return x, y, z
 
     def _grid(self, key: str, overrides: Sequence[str]) -> list[float]:
-        file = self.folder / "fluid.toml"
-        where, text = str(file), self.settings_text()
-        for line in overrides:
-            if line.split("=")[0].strip() == f"grid.{key}":
-                where, text = f"--set {line}", line
+        said = [line for line in overrides if key in within(override_table(line), "grid")]
+        values = self.value("grid", key, said)
         try:
-            values = tomllib.loads(text)["grid"][key]
             if len(values) == 3 and all(value > 0 for value in values):
                 return values
-        except tomllib.TOMLDecodeError as error:
-            raise UserError(f"{where}: {error}.") from error
-        except (KeyError, TypeError):
+        except TypeError:
             pass
+        where = f"--set {said[-1]}" if said else str(self.folder / "fluid.toml")
         raise UserError(f"{where}: grid.{key} must be three numbers above 0.")
 
     def variables(self, given: Mapping[str, str] | None = None) -> dict[str, str]:
@@ -143,6 +141,12 @@ class Scene:
         body = [part for part in re.split(r"\n\s*\n", text) if part.strip()[:1] not in ("#", "")]
         sentence = re.match(r".*?[.:](?=\s|$)", " ".join(body[0].split())) if body else None
         return sentence[0].rstrip(".:") + "." if sentence else ""
+
+
+def within(settings: dict, table: str) -> dict:
+    """A table of settings, empty where it is none."""
+    found = settings.get(table)
+    return found if isinstance(found, dict) else {}
 
 
 def all_scenes() -> dict[str, Scene]:

@@ -62,7 +62,7 @@ def choices(scene: Scene, settings: dict) -> list[Choice]:
     found.append(Choice("half the step", (f"time.step={0.5 * step!r}",), work=2.0))
     other = "double" if settings["accuracy"]["precision"] == "single" else "single"
     found.append(Choice(f"{other} precision", (f'accuracy.precision="{other}"',), work=1.2))
-    if scene.has_spheres:
+    if scene.has_spheres():
         loops = settings["spheres"]["forcing_loops"]
         found += [
             Choice(f"{n} forcing loop{'s' * (n > 1)}", (f"spheres.forcing_loops={n}",), work=1.1)
@@ -156,7 +156,7 @@ def last_line(
     s = run.settings
     whole = run.price / steps * math.ceil(end / s["time"]["step"])
     count = s["spheres"]["forcing_loops"]
-    loops = f", {count} forcing loop{'s' * (count > 1)}" if scene.has_spheres else ""
+    loops = f", {count} forcing loop{'s' * (count > 1)}" if scene.has_spheres() else ""
     cells = " x ".join(map(str, s["grid"]["cells"]))
     return (
         f"This setting ({cells} cells, step {s['time']['step']:g}, {s['accuracy']['precision']} precision{loops}): "

@@ -188,3 +188,20 @@ def test_errors_to_expect_are_those_of_the_scene_s_own_grid(cells, words):
     said = presets.errors_to_expect(scene, "rpm", None, settings)
     assert words in said and "rebound" not in said
     assert ("grow fast" in said) == (cells < 6)
+
+
+def test_errors_to_expect_follow_what_the_command_line_sets():
+    """A diameter, the file of the spheres and the grid, in each of the ways in which --set may be written."""
+    scene = find_scene("setup2_small")
+    own = scene.value("reference", "diameter") / scene.cell_size()
+    finest = f"with 14 cells to a diameter, the nearest to this scene's {14 * 2:.3g}"
+    for line in (f"reference.diameter={28 / own}", f"reference = {{diameter = {28 / own}}}"):
+        assert finest in presets.errors_to_expect(scene, "rpm", None, [line]), line
+    assert scene.cells(["grid = {cells = [8, 8, 4]}", "grid.length=[1.0, 1.0, 0.5]"]) == (8, 8, 4)
+    channel = find_scene("channel180")
+    spheres = ["spheres.file=spheres.csv", "reference.diameter=1.0"]
+    assert presets.cases_like(channel, None, spheres) == ["array_drag"]
+    assert "settling" not in presets.errors_to_expect(channel, None, None, spheres)
+    assert "cells to a diameter" in presets.errors_to_expect(channel, None, None, spheres)
+    with pytest.raises(UserError, match="--set grid.cells=7: grid.cells must be three numbers above 0"):
+        scene.cells(["grid.cells=[8, 8, 8]", "grid.cells=7"])

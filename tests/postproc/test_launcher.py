@@ -127,7 +127,7 @@ def test_bytes_that_are_not_utf_8(tmp_path):
     assert scene.summary() == "Grains de 2 \ufffdm."
     (scene.folder / "in.liggghts").unlink()
     (scene.folder / "fluid.toml").write_bytes(b'[grid]\ncells = [8, 8, 8]\n# 2 \xb5m\n')
-    for read in (scene.cells, lambda: scene.has_spheres, lambda: presets.settings_of("draft", scene, [])):
+    for read in (scene.cells, scene.has_spheres, lambda: presets.settings_of("draft", scene, [])):
         with pytest.raises(UserError, match="fluid.toml: line 3 has the byte 0xb5, but the file must be UTF-8."):
             read()
 
