@@ -2,6 +2,7 @@
 
 #include <iostream>
 
+#include "liggghts_styles/data_file.hpp"
 #include "liggghts_styles/load_plugin.hpp"
 #include "liggghts_styles/normal_model_actm.hpp"
 #include "liggghts_styles/normal_model_rpm.hpp"
@@ -39,6 +40,7 @@ void register_styles(LAMMPS_NS::LAMMPS* lmp) {
   add_fix_style<FixCollisionTable>(lmp, "collision/table");
   add_fix_style<FixMarkerFilm>(lmp, FixMarkerFilm::style_name);
   add_command(lmp, "plugin", load_plugin);
+  add_command(lmp, "read_data", read_checked_data);
 }
 
 std::vector<StyleHelp> styles() {

@@ -198,6 +198,7 @@ void FixCoupleFluid::post_integrate() { checks_.check_motion(dt_fluid_, deepest_
 
 void FixCoupleFluid::check_before_run() const {
   constexpr double deepest = 1.0;  // in radii; from deepest_in_walls on the fluid refuses it
+  checks_.check_finite();
   checks_.check_scene();
   checks_.check_integrated();
   checks_.check_order(modify->find_fix(id));

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -24,6 +25,23 @@
 #include "update.h"
 
 namespace bedload {
+
+// LIGGGHTS itself looks for the box of such a position for ever.
+void SceneChecks::check_finite() const {
+  const LAMMPS_NS::Atom& atom = *lmp_->atom;
+  const auto is_flawed = [&](int i) {
+    const auto bad = [](double number) { return !std::isfinite(number); };
+    const auto any_bad = [&](const double* vector) { return std::any_of(vector, vector + 3, bad); };
+    return spheres_.contains(atom.mask[i]) &&
+           (any_bad(atom.x[i]) || any_bad(atom.v[i]) || any_bad(atom.omega[i]) ||
+            bad(atom.radius[i]) || bad(atom.density[i]));
+  };
+  if (const auto tag = lowest_tag(*lmp_, is_flawed))
+    stop_run(lmp_, fmt::format("fix couple/fluid: atom {} has a position, velocity, diameter or "
+                               "density that is no finite number; look at the variables and files "
+                               "that the script makes it from",
+                               *tag));
+}
 
 void SceneChecks::check_scene() const {
   if (!side_->introduced()) return;

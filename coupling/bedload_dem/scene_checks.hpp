@@ -24,6 +24,8 @@ class SceneChecks {
   SceneChecks(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& spheres, DemSide* side)
       : lmp_(lmp), spheres_(spheres), side_(side) {}
 
+  /// A sphere has a position, speed, size or density that is not finite.
+  void check_finite() const;
   /// Box, gravity or fluid values are no more those that the fluid was told; nothing before that.
   void check_scene() const;
   /// A mobile sphere has a speed but no fix moves it; warns where it has none.

@@ -31,6 +31,22 @@ REFUSED = {
     "larger than the box": (("diameter 1.0", "diameter 2.5"), ["2.5", "only 2 long along z"]),
     "lighter than the scheme carries": (("density 2.5", "density 0.2"), ["density 0.2", "from 0.3 on"]),
     "too fast": ((VELOCITY + " set 0.7", VELOCITY + " set 5000"), ["atom 9", "'time.step'"]),
+    "a place that is no number": (
+        (VELOCITY, "variable far atom 1e300*1e300-1e300*1e300\nset atom 9 x v_far\n" + VELOCITY),
+        ["atom 9", "no finite number"],
+    ),
+    "an infinite place": (
+        (VELOCITY, "variable far atom 1e300*1e300\nset atom 9 x v_far\n" + VELOCITY),
+        ["atom 9", "no finite number"],
+    ),
+    "a fixed sphere without a place": (
+        (VELOCITY, "variable far atom 1e300*1e300-1e300*1e300\nset atom 3 x v_far\n" + VELOCITY),
+        ["atom 3", "no finite number"],
+    ),
+    "an infinite speed": (
+        (VELOCITY, "variable far atom 1e300*1e300\nvelocity grains set v_far 0 0\n#"),
+        ["atom 9", "no finite number"],
+    ),
     "smallest gap above the range": (
         ("all lubrication", "all lubrication gapMin 0.6"),
         ["gapMin of 0.6 radii is a gap of 0.3", "the range 0.25"],
