@@ -13,9 +13,11 @@
 #include "coupling/bedload_dem/fix_couple_fluid.hpp"
 #include "coupling/bedload_dem/restarted_dumps.hpp"
 #include "coupling/bedload_dem/script_rules.hpp"
+#include "coupling/bedload_dem/written_files.hpp"
 #include "coupling/checkpoint/grains_state.hpp"
 #include "coupling/exchange/stages.hpp"
 #include "coupling/job/peer_failure.hpp"
+#include "coupling/job/roles.hpp"
 #include "domain.h"
 #include "finish.h"
 #include "fluid/checkpoint/checkpoint_store.hpp"
@@ -120,6 +122,7 @@ bool CoupledRun::make_step(FixCoupleFluid& fluid, bool last) {
     fluid.send_motion(left == 0 && last && fluid.stage().last == 0);
   }
   old_lists_.look(fluid.fluid_time_step());
+  if (const auto sentence = unwritten_file()) end_job(Program::dem, comm->me, *sentence + ".");
   return true;
 }
 

@@ -18,6 +18,7 @@
 #include "coupling/bedload_dem/inputs_folder.hpp"
 #include "coupling/bedload_dem/liggghts_screen.hpp"
 #include "coupling/bedload_dem/register_coupling.hpp"
+#include "coupling/bedload_dem/written_files.hpp"
 #include "coupling/exchange/dem_side.hpp"
 #include "coupling/job/peer_failure.hpp"
 #include "coupling/job/roles.hpp"
@@ -191,6 +192,7 @@ int run_script(Job& job, int argc, char** argv) {
     liggghts_screen.follow(nullptr);
   }
   program.finish();
+  if (const auto sentence = unwritten_file()) throw UserError(*sentence + ".");
   if (!job.alone() && !side.stopped()) throw UserError(early_end);
   return 0;
 }
