@@ -5,11 +5,16 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <string_view>
+#include <system_error>
 
+#include "coupling/bedload_dem/nearest_styles.hpp"
 #include "coupling/job/peer_failure.hpp"
 #include "coupling/job/roles.hpp"
 #include "input.h"
+#include "lammps.h"
 
 namespace bedload {
 namespace detail {
@@ -25,6 +30,18 @@ const char* line_of(const LAMMPS_NS::Input& input);
 
 template struct LineDoor<&LAMMPS_NS::Input::line>;
 
+/// The file that it is read from, the innermost include.
+template <auto Files, auto Number>
+struct ScriptFileDoor {
+  friend FILE* script_file_of(const LAMMPS_NS::Input& input) {
+    return input.*Number > 0 ? (input.*Files)[input.*Number - 1] : nullptr;
+  }
+};
+
+FILE* script_file_of(const LAMMPS_NS::Input& input);
+
+template struct ScriptFileDoor<&LAMMPS_NS::Input::infiles, &LAMMPS_NS::Input::nfile>;
+
 }  // namespace detail
 namespace {
 
@@ -39,6 +56,24 @@ constexpr const char* about_triangles =
     "or "
     "join triangles, or write the wall as a primitive one";
 
+/// " (in.liggghts, line 12)": how far a script has been read; "" where it is no file.
+std::string file_and_line(FILE* script) {
+  if (script == nullptr || script == stdin) return "";
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path link = fmt::format("/proc/self/fd/{}", fileno(script));
+  fs::path path = fs::read_symlink(link, error);
+  if (const fs::path near = fs::proximate(path, error); !error && *near.begin() != "..")
+    path = near;
+  const long end = std::ftell(script);
+  std::ifstream text(link);
+  long lines = 0, at = 0;
+  char c = '\n';
+  for (; at < end && text.get(c); ++at) lines += c == '\n' ? 1 : 0;
+  if (c != '\n') ++lines;  // the last one of a file may have no end
+  return at < end ? "" : fmt::format(" ({}, line {})", path.string(), lines);
+}
+
 /// Several ranks may meet the same mistake at once; the first one speaks.
 bool another_speaks(std::string_view line) {
   constexpr useconds_t a_moment = 200'000;
@@ -50,13 +85,15 @@ bool another_speaks(std::string_view line) {
 
 // LIGGGHTS' own sentences name neither the line nor the file, "Substitution for illegal variable"
 // for one.
-std::string LiggghtsScreen::place() const {
-  if (input_ == nullptr) return "";
-  std::string_view line = detail::line_of(*input_);
+std::string LiggghtsScreen::place(const std::string& error) const {
+  if (lmp_ == nullptr) return "";
+  std::string_view line = detail::line_of(*lmp_->input);
   line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
   line = line.substr(0, line.find_last_not_of(" \t\r\n") + 1);
   if (line.empty() || line.starts_with("coupled_run")) return "";
-  return fmt::format(" The script's line is '{}'.", line);
+  return fmt::format(" The script's line is '{}'{}.{}", line,
+                     file_and_line(detail::script_file_of(*lmp_->input)),
+                     nearest_style(*lmp_, error));
 }
 
 LiggghtsScreen::LiggghtsScreen() {
@@ -85,7 +122,7 @@ void LiggghtsScreen::take(const char* text, std::size_t size) {
         if (line_.find(lost_triangle) != std::string::npos)
           line_ = fmt::format("ERROR: {} ({})", about_triangles, line_);
         std::fprintf(stderr, "\n%s: %s%s%s\n", program_name(Program::dem), line_.c_str(),
-                     place().c_str(), last_checkpoint_sentence().c_str());
+                     place(line_).c_str(), last_checkpoint_sentence().c_str());
       }
     } else if (line_.starts_with("WARNING")) {
       if (said_.insert(line_).second)

@@ -5,7 +5,7 @@
 #include <string>
 
 namespace LAMMPS_NS {
-class Input;
+class LAMMPS;
 }
 
 namespace bedload {
@@ -21,18 +21,20 @@ class LiggghtsScreen {
   LiggghtsScreen& operator=(const LiggghtsScreen&) = delete;
 
   FILE* stream() const { return stream_; }
-  /// Errors name the line that this reader of a script is at; it has to outlive the last of them.
-  void follow(const LAMMPS_NS::Input* input) { input_ = input; }
+  /// Errors name the line of the script that this LIGGGHTS is at; it has to outlive the last of
+  /// them.
+  void follow(const LAMMPS_NS::LAMMPS* lmp) { lmp_ = lmp; }
   /// Whether an error was reported.
   bool saw_error() const { return saw_error_; }
 
  private:
   void take(const char* text, std::size_t size);
-  /// A sentence with the script's present line; "" where it says nothing.
-  std::string place() const;
+  /// Sentences with the script's present line, its place, and the nearest name where `error` is
+  /// about an unknown one; "" where there is nothing to say.
+  std::string place(const std::string& error) const;
 
   FILE* stream_;
-  const LAMMPS_NS::Input* input_ = nullptr;
+  const LAMMPS_NS::LAMMPS* lmp_ = nullptr;
   std::string line_;
   /// Warnings and notes so far: pairs and walls, and each coupled run, have the same to say.
   std::set<std::string> said_;

@@ -185,7 +185,7 @@ int run_script(Job& job, int argc, char** argv) {
     LAMMPS_NS::LAMMPS lammps(static_cast<int>(texts.size()), words.data(), job.own());
     check_styles(&lammps);
     if (!job.alone() && !own_screen && lammps.screen != nullptr) {
-      liggghts_screen.follow(lammps.input);
+      liggghts_screen.follow(&lammps);
       lammps.screen = liggghts_screen.stream();
     }
     lammps.input->file();
