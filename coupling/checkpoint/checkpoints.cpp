@@ -39,16 +39,34 @@ constexpr const char* fixed_name = "fixed_spheres";
 constexpr const char* every_name = "checkpoint_every";
 constexpr const char* next_name = "checkpoint_next";
 
+std::vector<CheckpointPlace> all_of_run(const CheckpointPlace& place) {
+  return find_checkpoints(std::filesystem::path(place.folder).parent_path().string());
+}
+
+bool has_grains(const CheckpointPlace& place) {
+  std::error_code error;
+  return std::filesystem::exists(place.grains(), error);
+}
+
+/// A run goes on with the programs that it had. One checkpoint alone may have lost a half.
+void check_programs(const CheckpointPlace& place, bool with_grains, MPI_Comm comm) {
+  on_first_rank(comm, [&] {
+    const auto all = all_of_run(place);
+    const bool had_grains = std::any_of(all.begin(), all.end(), has_grains);
+    if (with_grains && !had_grains)
+      throw UserError(fmt::format(
+          "{}: is of a run without LIGGGHTS; go on with bedload-fluid alone.", place.folder));
+    if (!with_grains && had_grains)
+      throw UserError(
+          fmt::format("{}: is of a run with LIGGGHTS; go on with both programs.", place.folder));
+  });
+}
+
 void check_parts(const CheckpointPlace& place, const LoadGroup& fluid, bool with_grains,
                  MPI_Comm comm) {
   on_first_rank(comm, [&] {
-    const bool has_grains = std::filesystem::exists(place.grains());
-    if (with_grains && !has_grains)
-      throw UserError(fmt::format(
-          "{}: is of a run without LIGGGHTS; go on with bedload-fluid alone.", place.folder));
-    if (!with_grains && has_grains)
-      throw UserError(
-          fmt::format("{}: is of a run with LIGGGHTS; go on with both programs.", place.folder));
+    if (with_grains && !has_grains(place))
+      throw UserError(fmt::format("{}: LIGGGHTS' half is not there.", place.grains()));
   });
   if (!with_grains) return;
   check_file_header(place.grains(), grains_file_header, comm);
@@ -121,20 +139,32 @@ std::int64_t draw_id(MPI_Comm comm) {
   return id;
 }
 
-/// The newest whole checkpoint before `place`.
-std::optional<CheckpointPlace> one_before(const CheckpointPlace& place, bool with_grains,
-                                          MPI_Comm comm) {
-  auto all = find_checkpoints(std::filesystem::path(place.folder).parent_path().string());
+/// What to do when `place` cannot be read: the newest whole checkpoint before it, else one behind
+/// it, else a new run.
+std::string way_out(const CheckpointPlace& place, bool with_grains, MPI_Comm comm) {
+  auto all = all_of_run(place);
   std::reverse(all.begin(), all.end());
+  std::stable_partition(all.begin(), all.end(),
+                        [&](const CheckpointPlace& other) { return other.step < place.step; });
   for (const CheckpointPlace& other : all) {
-    if (other.step >= place.step) continue;
+    if (other.step == place.step) continue;
     try {
       read_checkpoint(other, with_grains, comm);
-      return other;
-    } catch (const UserError&) {  // then the one before that
+      return fmt::format("The one {} it is whole: --restart {}",
+                         other.step < place.step ? "before" : "behind", other.folder);
+    } catch (const UserError&) {  // then the next one
     }
   }
-  return std::nullopt;
+  const auto flow = std::filesystem::path(place.folder).parent_path() / "state.h5";
+  try {
+    const StateReader last(flow.string(), comm);
+    return fmt::format(
+        "The run has no other one that can be read; a new run can begin with its last flow: --set "
+        "start.from=state --set start.file={}",
+        flow.string());
+  } catch (const UserError&) {
+    return "The run has no other one that can be read; begin a new run.";
+  }
 }
 
 }  // namespace
@@ -193,13 +223,11 @@ void check_fixed_spheres(const Resumption& from, std::span<const SphereState> sp
 
 Resumption open_checkpoint(const std::string& where, bool with_grains, MPI_Comm comm) {
   const CheckpointPlace place = locate_checkpoint(where);
+  check_programs(place, with_grains, comm);
   try {
     return read_checkpoint(place, with_grains, comm);
   } catch (const UserError& error) {
-    const auto other = one_before(place, with_grains, comm);
-    if (!other) throw;
-    throw UserError(
-        fmt::format("{} The one before it is whole: --restart {}", error.what(), other->folder));
+    throw UserError(fmt::format("{} {}", error.what(), way_out(place, with_grains, comm)));
   }
 }
 

@@ -46,8 +46,8 @@ std::vector<std::string> differences(const Resumption& from, const Settings& set
 /// Throws UserError when the fixed spheres of a run without LIGGGHTS are others than before.
 void check_fixed_spheres(const Resumption& from, std::span<const SphereState> spheres);
 
-/// Finds what `--restart where` names and checks both halves. Throws UserError with one sentence
-/// that, when there is one, names an earlier checkpoint that is whole. Collective.
+/// Finds what `--restart where` names and checks both halves. Throws UserError with what is wrong
+/// and what to do: another checkpoint that is whole, else a new run. Collective.
 Resumption open_checkpoint(const std::string& where, bool with_grains, MPI_Comm comm);
 
 /// Throws UserError when the scene has another box or grid than the run before.

@@ -141,7 +141,10 @@ def start(ask: Ask) -> tuple[int, Path]:
             file=sys.stderr,
         )
         return status, out
-    if status != 0:
+    if goes_on and refused:  # the programs have said what to go on from, if anything
+        print(f"bedload: the run was refused with status {status} before its first step; {out} is as it was",
+              file=sys.stderr)  # fmt: skip
+    elif status != 0:
         last = last_checkpoint(out)
         how = f"; go on with --restart {shlex.quote(str(last))}" if last else ""
         print(f"bedload: the run ended with status {status}; its output is {out}{how}", file=sys.stderr)

@@ -456,10 +456,11 @@ def test_a_restart_with_nothing_to_do_leaves_the_folder_as_it_was(tmp_path, star
 
 
 @pytest.mark.parametrize("began", [False, True])
-def test_a_refused_restart_leaves_the_folder_as_it_was(tmp_path, started, monkeypatch, began):
+def test_a_refused_restart_leaves_the_folder_as_it_was(tmp_path, started, monkeypatch, capsys, began):
     """A mistake is not remembered, and the run's log and times keep their names; once bedload-fluid has opened its
-    output the next part has begun."""
+    output the next part has begun. Nobody is told to go on from a checkpoint that was refused."""
     out, before = first_part(tmp_path)
+    (out / "checkpoint_00000100").mkdir(exist_ok=True)
 
     def programs(line, folder):
         assert "time.edn=120" in line and (out / "timing.part1.csv").is_file()
@@ -473,6 +474,8 @@ def test_a_refused_restart_leaves_the_folder_as_it_was(tmp_path, started, monkey
     assert ((out / folders.LAUNCH).read_text() == before) != began
     assert (out / "timing.part1.csv").is_file() == began
     assert ((out / "log.liggghts").read_text() == "of the first part") != began
+    said = capsys.readouterr().err
+    assert ("go on with" in said) == began and (f"{out} is as it was" in said) != began
 
 
 def test_what_is_wrong_with_the_grid_is_said_before_anything_moves(tmp_path, started):

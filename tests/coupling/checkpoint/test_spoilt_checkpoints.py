@@ -179,6 +179,7 @@ FOLDERS = {
     "fluid of another run": half_of_another_run("fluid.h5"),
     "grains of another run": half_of_another_run("grains.h5"),
     "no fluid": missing("fluid.h5"),
+    "no grains": missing("grains.h5"),
     "a folder for a file": a_folder,
     "an endless file": endless,
     "a pipe": silent,
@@ -196,13 +197,35 @@ def test_a_spoilt_folder_is_refused(whole, twin, reader, tmp_path, way):
 
 
 def test_both_spoilt(whole, reader, tmp_path):
-    """Nothing is offered then."""
+    """No checkpoint is offered then, but the last flow where that is whole."""
     out = tmp_path / "out"
     shutil.copytree(whole, out)
     for step in (2, 4):
         (checkpoint(out, step) / "fluid.h5").write_bytes(b"")
     said = reader.open(out)
     assert said.startswith(str(checkpoint(out, 4))) and "--restart" not in said
+    assert said.endswith(f"begin with its last flow: --set start.from=state --set start.file={out}/state.h5")
+    with (out / "state.h5").open("r+b") as file:
+        file.truncate(1000)
+    assert reader.open(out).endswith("The run has no other one that can be read; begin a new run.")
+
+
+def test_the_one_behind_is_offered(whole, reader, tmp_path):
+    """Where there is none before."""
+    out = tmp_path / "out"
+    shutil.copytree(whole, out)
+    (checkpoint(out, 2) / "fluid.h5").write_bytes(b"")
+    said = reader.open(checkpoint(out, 2))
+    assert said.endswith(f"The one behind it is whole: --restart {checkpoint(out, 4)}")
+
+
+def test_a_run_without_liggghts_is_no_damage(whole, reader, tmp_path):
+    """Its sentence offers nothing: no other checkpoint of that run is better."""
+    out = tmp_path / "out"
+    shutil.copytree(whole, out)
+    for step in (2, 4):
+        (checkpoint(out, step) / "grains.h5").unlink()
+    assert reader.open(out) == f"{checkpoint(out, 4)}: is of a run without LIGGGHTS; go on with bedload-fluid alone."
 
 
 @pytest.mark.parametrize(
