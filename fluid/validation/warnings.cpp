@@ -45,8 +45,9 @@ void warn_of_long_diffusion(const Settings& s, const SphereExtremes& spheres,
   if (spheres.widest == 0.0 || number <= longest || !diffusion_is_implicit(s, grid)) return;
   found.push_back(fmt::format(
       "{}: 'time.step' = {} is a diffusion number nu dt/h^2 of {:.2g}, and spheres of {:.2g} times "
-      "the fluid's density that lie close to each other may swing from step to step beyond {:.2g}; "
-      "with 'time.step' = {:.2g} they do not.",
+      "the fluid's density may swing from step to step beyond {:.2g}, one alone and, more so, "
+      "those "
+      "that lie close to each other; with 'time.step' = {:.2g} they do not.",
       s.file, s.time.step, number, spheres.lightest_ratio, longest,
       longest * grid.h * grid.h / s.fluid.kinematic_viscosity));
 }
