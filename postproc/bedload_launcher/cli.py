@@ -93,6 +93,7 @@ def bench(options: argparse.Namespace) -> int:
     if options.table and options.name != "fluid":
         raise UserError("--table is there for `./bedload bench fluid` alone.")
     build()
+    job.warn_of_crowding(ranks)
     for name, program in measure.programs().items():
         if options.name not in (None, name):
             continue
@@ -119,6 +120,7 @@ def estimate(options: argparse.Namespace) -> int:
     settings = presets.settings_of(options.accuracy, scene, options.set)
     variables = read_variables(scene, model, options.var)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
+    job.warn_of_crowding(ranks)
     whole = job.Job(scene, model, ranks, scene.folder, settings, variables=variables)
     cost = predict.estimate(whole, scene.cells(settings), say)
     print(predict.describe(cost, ranks, scene.moves_grains, available_memory()))

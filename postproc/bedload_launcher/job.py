@@ -17,8 +17,9 @@ from pathlib import Path
 
 from .build import BIN
 from .errors import UserError
-from .machine import cores
+from .machine import cores, processors
 from .scenes import INPUTS, Scene
+from .words import say
 
 # Root may run (a container often has no other user); ranks are not bound, since a waiting LIGGGHTS
 # rank sleeps and leaves its core to the fluid; more ranks than cores are allowed for that reason.
@@ -109,6 +110,18 @@ class Ranks:
                 f"--ranks {parts[0]} is allowed."
             )
         return cls(int(parts[0]), int(parts[1]) if len(parts) == 2 else 1)
+
+
+def warn_of_crowding(ranks: Ranks) -> None:
+    """Fluid ranks that share processors each wait for all others in every step; LIGGGHTS' sleep."""
+    machines = os.environ.get("SLURM_JOB_NUM_NODES", "1")
+    if machines != "1" or ranks.fluid <= processors():
+        return
+    say(
+        f"bedload: WARNING: {ranks.fluid} fluid ranks on {processors()} processors take turns and wait for each other, "
+        f"which is slower than {cores()} and soon many times slower; --ranks {cores()}:{ranks.dem} is the most that "
+        "pays here."
+    )
 
 
 @dataclass(frozen=True)

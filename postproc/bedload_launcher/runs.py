@@ -128,6 +128,7 @@ def start(ask: Ask) -> tuple[int, Path]:
         if restart is not None and launch.said():
             print(f"bedload: with {plain(launch.said())}", flush=True)
         print(f"bedload: {plain(work.summary())}; output in {plain(str(out))}", flush=True)
+        job.warn_of_crowding(ranks)
         status = job.run_job(work)
         taken_back = status != 0 and aside is not None and folder.take_back(aside)
         refused = status != 0 and folders.settings_mark(out) == mark

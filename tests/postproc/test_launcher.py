@@ -889,3 +889,17 @@ def test_only_one_command_builds_at_a_time(tmp_path, monkeypatch, capsys):
     assert entered.wait(10)
     other.join()
     assert "another command is building here" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("ranks, nodes, warned", [("40:1", "1", True), ("2:3", "1", False), ("40:1", "20", False)])
+def test_more_fluid_ranks_than_processors_are_warned_of(tmp_path, started, monkeypatch, capsys, ranks, nodes, warned):
+    """On one machine: what several offer the launcher does not know. A LIGGGHTS rank sleeps while it waits."""
+    monkeypatch.setattr(job, "processors", lambda: 2)
+    monkeypatch.setattr(job, "cores", lambda: 2)
+    monkeypatch.setenv("SLURM_JOB_NUM_NODES", nodes)
+    cli.run(cli.parse(["run", "setup2_small", "--ranks", ranks, "--out", str(tmp_path / "out")]))
+    assert len(started) == 1  # it runs all the same
+    said = [line for line in capsys.readouterr().err.splitlines() if "WARNING" in line]
+    assert len(said) == int(warned)
+    if warned:
+        assert "40 fluid ranks on 2 processors" in said[0] and "--ranks 2:1 is the most that pays here" in said[0]
