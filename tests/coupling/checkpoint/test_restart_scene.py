@@ -58,6 +58,7 @@ def test_another_setting_is_said(begun, tmp_path, key):
     assert result.status == 0, result.output
     words = [text for text in told(result.output) if f"'{key}' is " in text]
     assert len(words) == 1 and ", in the run before " in words[0], result.output
+    assert ("speeds jump by some per cent" in words[0]) == (key == "coupling.exchange")
     assert f"{key} = " in (out / "settings.toml").read_text()
 
 
