@@ -10,6 +10,7 @@
 #include <unordered_set>
 
 #include "fluid/grid/diffusion_limit.hpp"
+#include "fluid/immersed_boundary/marker_volume.hpp"
 #include "fluid/immersed_boundary/stopwatch.hpp"
 #include "fluid/kernels/fnv.hpp"
 #include "fluid/settings/errors.hpp"
@@ -62,6 +63,9 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       retraction_(settings.spheres.retraction),
       marker_density_(settings.spheres.marker_density),
       tolerance_(settings.spheres.slip_tolerance),
+      share_at_pores_(share_at_pores(
+          settings.fluid.kinematic_viscosity * settings.time.step / (grid.h * grid.h),
+          settings.spheres.forcing_loops)),
       viscosity_(settings.fluid.kinematic_viscosity),
       deferred_impulse_share_(settings.spheres.deferred_impulse_share),
       deferred_angular_share_(settings.spheres.deferred_angular_share),

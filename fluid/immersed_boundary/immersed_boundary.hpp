@@ -242,7 +242,7 @@ class ImmersedBoundary {
   Grid grid_;
   const Decomposition& decomposition_;
   BlockMap blocks_;
-  double density_, retraction_, marker_density_, tolerance_;
+  double density_, retraction_, marker_density_, tolerance_, share_at_pores_;
   double viscosity_;                                                         ///< kinematic
   double deferred_impulse_share_, deferred_angular_share_, pressure_share_;  ///< settings
   Vec3 gravity_;

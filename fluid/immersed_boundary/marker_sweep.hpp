@@ -25,7 +25,7 @@ inline double surface_velocity(const SphereState& sphere, const Vec3& r, int c) 
 /// a wall.
 struct SlipSums {
   double max = 0.0, squares = 0.0;
-  /// Largest slip, of markers that stand for less than a cell so much less: what loops can take.
+  /// Largest slip of the markers that stand for a cell or more: what loops can take.
   double within_reach = 0.0;
   std::int64_t components = 0;  ///< that were summed, three a marker
 };
@@ -53,7 +53,7 @@ void for_slips(const MarkerList<Real>& list, const Field<Real>& velocity, int co
       if (list.volume[m] == Real{}) continue;
       ++sums.components;
       largest = std::max(largest, std::abs(slip));
-      within_reach = std::max(within_reach, std::min(list.volume[m], Real{1}) * std::abs(slip));
+      if (list.volume[m] >= Real{1}) within_reach = std::max(within_reach, std::abs(slip));
       square += static_cast<double>(slip) * static_cast<double>(slip);
     }
     sums.squares += square;

@@ -20,6 +20,9 @@ namespace bedload {
 /// and from which on it has all of it.
 inline constexpr double volume_beside_from = 1.0, volume_beside_to = 2.0;
 
+/// Distances from a second one, up to which a marker stands at a pore, and from which on at a film.
+inline constexpr double pore_from = 3.0, pore_to = 4.0;
+
 /// What share of its force a marker's neighbourhood returns to it.
 ///
 /// One loop of interpolation J, forcing and spreading J^T V (V the markers' volumes in cells)
@@ -38,10 +41,27 @@ inline constexpr double volume_beside_from = 1.0, volume_beside_to = 2.0;
 /// The steps below work on a scratch field that is zero before and after. `markers` is a
 /// range of indices into the list.
 
-/// Share of its volume that a marker keeps at `distance` [cells] from another surface.
-inline double volume_beside(double distance) {
-  return std::clamp((distance - volume_beside_from) / (volume_beside_to - volume_beside_from), 0.0,
-                    1.0);
+/// 0 up to `from`, 1 beyond `to`, linear in between.
+inline double part_between(double distance, double from, double to) {
+  return std::clamp((distance - from) / (to - from), 0.0, 1.0);
+}
+
+/// Share of its volume that a marker keeps at the distances [cells] `nearest` and `second` from the
+/// surfaces of others. Between two surfaces there is a film, which needs room to flow. Between
+/// three there is a pore, and what flows through it would not be held if all of them stood back:
+/// markers there keep the share `at_pore` (share_at_pores).
+inline double volume_beside(double nearest, double second, double at_pore) {
+  const double pore = 1.0 - part_between(second, pore_from, pore_to);
+  return 1.0 - (1.0 - part_between(nearest, volume_beside_from, volume_beside_to)) *
+                   (1.0 - at_pore * pore);
+}
+
+/// By how much markers at pores hold the fluid: with shorter steps and more loops so much less that
+/// they take as much slip in a time as one loop with ν Δt/h² = 0.2, where what the grid resolves of
+/// films is below what there is.
+/// @param diffusion_number ν Δt/h² of a step
+inline double share_at_pores(double diffusion_number, int loops) {
+  return std::min(1.0, std::sqrt(diffusion_number / (0.2 * loops)));
 }
 
 /// scratch += J^T 1.

@@ -17,27 +17,46 @@ namespace {
 /// Markers further than this, in cells, from a sphere share no cells of its markers' supports (two
 /// supports of 3 cells, less the markers' retraction).
 constexpr double shared_reach = 2.5;
-static_assert(volume_beside_to <= shared_reach);
+static_assert(volume_beside_to <= shared_reach && shared_reach <= pore_to);
 
 constexpr std::array<std::size_t, 3> components{0, 1, 2};
 
-/// Lowers nearest[m], the distance of marker m from the nearest surface of others, to that from a
-/// sphere of `radius`, seen from whose centre the markers lie at `way` + offset.
-void take_nearer(const std::array<std::vector<double>, 3>& offsets, const Vec3& way, double radius,
-                 std::vector<double>& nearest) {
-  for (std::size_t m = 0; m < nearest.size(); ++m) {
-    const double x = way.x() + offsets[0][m], y = way.y() + offsets[1][m],
-                 z = way.z() + offsets[2][m];
-    nearest[m] = std::min(nearest[m], std::sqrt(x * x + y * y + z * z) - radius);
-  }
-}
+/// Distances of one sphere's markers, by offset, from the nearest two surfaces of others [L].
+struct Nearest {
+  std::vector<double> first, second;
 
-/// The same beside a plane, over which the centre is at `height`; `inwards` is the sign of its
-/// normal along the direction of the offsets.
-void take_nearer_plane(const std::vector<double>& offsets, double height, double inwards,
-                       std::vector<double>& nearest) {
-  for (std::size_t m = 0; m < nearest.size(); ++m)
-    nearest[m] = std::min(nearest[m], height + inwards * offsets[m]);
+  void reset(std::size_t markers, double reach) {
+    first.assign(markers, reach);
+    second.assign(markers, reach);
+  }
+  /// A sphere of `radius`, seen from whose centre the markers lie at `way` + offset.
+  void take_sphere(const std::array<std::vector<double>, 3>& offsets, const Vec3& way,
+                   double radius) {
+    for (std::size_t m = 0; m < first.size(); ++m) {
+      const double x = way.x() + offsets[0][m], y = way.y() + offsets[1][m],
+                   z = way.z() + offsets[2][m];
+      take(m, std::sqrt(x * x + y * y + z * z) - radius);
+    }
+  }
+  /// A plane, over which the centre is at `height`; `inwards` is the sign of its normal along the
+  /// direction of the offsets.
+  void take_plane(const std::vector<double>& offsets, double height, double inwards) {
+    for (std::size_t m = 0; m < first.size(); ++m) take(m, height + inwards * offsets[m]);
+  }
+
+ private:
+  void take(std::size_t m, double distance) {
+    second[m] = std::min(second[m], std::max(first[m], distance));
+    first[m] = std::min(first[m], distance);
+  }
+};
+
+/// Distances [L] of a mobile sphere's marker from the nearest surface, and from the next one where
+/// one of both can move: pores of fixed spheres and walls alone are none here, as films are
+/// measured there (README.md, "Surfaces in the same cells").
+std::array<double, 2> film_and_pore(const Nearest& mobile, const Nearest& fixed, std::size_t m) {
+  if (fixed.first[m] < mobile.first[m]) return {fixed.first[m], mobile.first[m]};
+  return {mobile.first[m], std::min(mobile.second[m], fixed.first[m])};
 }
 
 }  // namespace
@@ -247,42 +266,40 @@ void ImmersedBoundary<Real>::find_near_mobile() {
     double radius;  ///< of the mobile sphere
   };
   std::vector<Pair> pairs;
-  const double reach = shared_reach * grid_.h;
+  const double reach = shared_reach * grid_.h, far = pore_to * grid_.h;
   for (const Mobile& sphere : mobile_)
-    fixed_bins_->near(sphere.state.position, sphere.state.radius + reach + largest_fixed_,
+    fixed_bins_->near(sphere.state.position, sphere.state.radius + far + largest_fixed_,
                       [&](int n) {
                         const SphereState& other = fixed_[static_cast<std::size_t>(n)];
                         const Vec3 way = shortest_way(grid_, sphere.state.position, other.position);
-                        const double most = sphere.state.radius + reach;
+                        const double most = sphere.state.radius + far;
                         each_image(grid_, way, most + other.radius, [&](const Vec3& image) {
                           pairs.push_back({n, image, sphere.state.radius});
                         });
                       });
   std::stable_sort(pairs.begin(), pairs.end(),
                    [](const Pair& a, const Pair& b) { return a.fixed < b.fixed; });
-  std::vector<double> nearest;  // distance from a mobile surface by offset, of one fixed sphere
+  Nearest mobile;  // surfaces beside one fixed sphere
   std::array<std::size_t, 3> next{};
   for (std::size_t first = 0; first < pairs.size();) {
     const int sphere = pairs[first].fixed;
     const auto& along = layouts_[static_cast<std::size_t>(
                                      layout_of(fixed_[static_cast<std::size_t>(sphere)].radius))]
                             .along;
-    nearest.assign(along[0].size(), reach);
-    for (; first < pairs.size() && pairs[first].fixed == sphere; ++first) {
-      const Pair& pair = pairs[first];
-      take_nearer(along, pair.way, pair.radius, nearest);
-    }
+    mobile.reset(along[0].size(), far);
+    for (; first < pairs.size() && pairs[first].fixed == sphere; ++first)
+      mobile.take_sphere(along, pairs[first].way, pairs[first].radius);
     for (const std::size_t c : components) {
       const MarkerList<Real>& list = fixed_lists_[c];
       std::size_t& range = next[c];
       while (range < list.ranges.size() && list.ranges[range].sphere < sphere) ++range;
       if (range == list.ranges.size() || list.ranges[range].sphere != sphere) continue;
       for (int m = list.ranges[range].begin; m < list.ranges[range].end; ++m) {
-        const double distance =
-            nearest[static_cast<std::size_t>(list.offset[static_cast<std::size_t>(m)])];
-        if (distance >= reach) continue;
+        const auto offset = static_cast<std::size_t>(list.offset[static_cast<std::size_t>(m)]);
+        if (mobile.first[offset] >= reach) continue;
         near_mobile_[c].push_back(m);
-        kept_beside_mobile_[c].push_back(static_cast<Real>(volume_beside(distance / grid_.h)));
+        kept_beside_mobile_[c].push_back(static_cast<Real>(volume_beside(
+            mobile.first[offset] / grid_.h, mobile.second[offset] / grid_.h, share_at_pores_)));
       }
     }
   }
@@ -326,50 +343,70 @@ void ImmersedBoundary<Real>::weigh_mobile() {
 /// at least can move, and of mobile spheres beside the box's ends (volume_beside()).
 template <class Real>
 void ImmersedBoundary<Real>::weaken_beside_others(const SphereBins& mobile) {
-  const double reach = volume_beside_to * grid_.h;
-  std::vector<double> nearest;  // by offset, of one sphere
+  const double reach = volume_beside_to * grid_.h, far = pore_to * grid_.h;
+  struct Other {
+    Vec3 way;  ///< from its centre
+    double radius;
+  };
+  std::vector<Other> others, bed;  // mobile and fixed spheres beside one
+  std::vector<const End*> planes;
+  Nearest movable, fixed;
   std::array<std::size_t, 3> next{};
   for (std::size_t n = 0; n < mobile_.size(); ++n) {
     const SphereState& sphere = mobile_[n].state;
-    const auto& along = layouts_[static_cast<std::size_t>(layout_of(sphere.radius))].along;
-    nearest.assign(along[0].size(), reach);
-    bool beside_another = false;
-    const auto meet = [&](const Vec3& way, double radius) {
-      take_nearer(along, way, radius, nearest);
-      beside_another = true;
+    bool stands_back = false;
+    others.clear();
+    bed.clear();
+    planes.clear();
+    const auto meet = [&](std::vector<Other>& all, const Vec3& way, double radius) {
+      all.push_back({way, radius});
+      stands_back |= way.norm() < sphere.radius + radius + reach;
     };
-    const auto look_at = [&](const SphereState& other) {
+    const auto look_at = [&](std::vector<Other>& all, const SphereState& other) {
       each_image(grid_, shortest_way(grid_, other.position, sphere.position),
-                 sphere.radius + other.radius + reach, [&](const Vec3& way) {
-                   if (&other != &sphere || way.norm() > 0.0) meet(way, other.radius);
+                 sphere.radius + other.radius + far, [&](const Vec3& way) {
+                   if (&other != &sphere || way.norm() > 0.0) meet(all, way, other.radius);
                  });
     };
+    const auto height_over = [&](const End& end) {
+      return end.inwards * (sphere.position[end.direction] - end.position);
+    };
     for (const End& end : ends_) {
-      const double height = end.inwards * (sphere.position[end.direction] - end.position);
+      const double height = height_over(end);
       // A free-slip end is the plane of symmetry between a sphere and its image.
-      if (end.free_slip && 2.0 * height < 2.0 * sphere.radius + reach)
-        meet(2.0 * end.inwards * height * Vec3::Unit(end.direction), sphere.radius);
-      if (!end.free_slip && height < sphere.radius + reach) {
-        take_nearer_plane(along[static_cast<std::size_t>(end.direction)], height, end.inwards,
-                          nearest);
-        beside_another = true;
+      if (end.free_slip && 2.0 * height < 2.0 * sphere.radius + far)
+        meet(others, 2.0 * end.inwards * height * Vec3::Unit(end.direction), sphere.radius);
+      if (!end.free_slip && height < sphere.radius + far) {
+        planes.push_back(&end);
+        stands_back |= height < sphere.radius + reach;
       }
     }
-    mobile.near(sphere.position, sphere.radius + largest_mobile_ + reach,
-                [&](int m) { look_at(mobile_[static_cast<std::size_t>(m)].state); });
+    mobile.near(sphere.position, sphere.radius + largest_mobile_ + far,
+                [&](int m) { look_at(others, mobile_[static_cast<std::size_t>(m)].state); });
     if (!fixed_.empty())
-      fixed_bins_->near(sphere.position, sphere.radius + largest_fixed_ + reach,
-                        [&](int m) { look_at(fixed_[static_cast<std::size_t>(m)]); });
-    if (!beside_another) continue;
+      fixed_bins_->near(sphere.position, sphere.radius + largest_fixed_ + far,
+                        [&](int m) { look_at(bed, fixed_[static_cast<std::size_t>(m)]); });
+    if (!stands_back) continue;
+    const auto& along = layouts_[static_cast<std::size_t>(layout_of(sphere.radius))].along;
+    movable.reset(along[0].size(), far);
+    fixed.reset(along[0].size(), far);
+    for (const Other& other : others) movable.take_sphere(along, other.way, other.radius);
+    for (const Other& other : bed) fixed.take_sphere(along, other.way, other.radius);
+    for (const End* end : planes)
+      fixed.take_plane(along[static_cast<std::size_t>(end->direction)], height_over(*end),
+                       end->inwards);
     for (const std::size_t c : components) {
       MarkerList<Real>& list = mobile_lists_[c];
       std::size_t& range = next[c];
       while (range < list.ranges.size() && list.ranges[range].sphere < static_cast<int>(n)) ++range;
       if (range == list.ranges.size() || list.ranges[range].sphere != static_cast<int>(n)) continue;
       for (auto m = static_cast<std::size_t>(list.ranges[range].begin);
-           m < static_cast<std::size_t>(list.ranges[range].end); ++m)
-        list.volume[m] *= static_cast<Real>(
-            volume_beside(nearest[static_cast<std::size_t>(list.offset[m])] / grid_.h));
+           m < static_cast<std::size_t>(list.ranges[range].end); ++m) {
+        const auto [film, pore] =
+            film_and_pore(movable, fixed, static_cast<std::size_t>(list.offset[m]));
+        list.volume[m] *=
+            static_cast<Real>(volume_beside(film / grid_.h, pore / grid_.h, share_at_pores_));
+      }
     }
   }
   for (const std::size_t c : components)

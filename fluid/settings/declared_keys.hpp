@@ -146,10 +146,10 @@ void declare_keys(Settings& s, Visitor& key) {
              "Time on the clock between checkpoints; 0: none by the clock.");
   key.integer("spheres.forcing_loops", s.spheres.forcing_loops, "-", Range{1, 20},
               "Most interpolate-force-spread loops per stage.");
-  key.number("spheres.slip_tolerance", s.spheres.slip_tolerance, "L/T", not_negative,
-             Need::optional,
-             "Loops stop when no marker slips more than this; those that stand back beside another "
-             "surface count for as much as they stand for.");
+  key.number(
+      "spheres.slip_tolerance", s.spheres.slip_tolerance, "L/T", not_negative, Need::optional,
+      "Loops stop when no marker slips more than this; not waited for are those that stand for "
+      "less than a cell, beside another surface.");
   key.number("spheres.retraction", s.spheres.retraction, "h", Range{-1.0, 1.0}, Need::optional,
              "How far markers are pulled inside the surface, in cells; negative: 0.29 + h/D + 0.13 "
              "(1 - 6 h/D)^2, the last above D/h = 6 with spheres.rigid_core alone.");

@@ -12,6 +12,7 @@
 #include "fluid/grid/mpi_ranks.hpp"
 #include "fluid/immersed_boundary/gather.hpp"
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
+#include "fluid/immersed_boundary/marker_volume.hpp"
 #include "fluid/settings/errors.hpp"
 #include "tests/fluid/splits.hpp"
 
@@ -477,7 +478,7 @@ TEST(Forcing, LoopsDoNotWaitForMarkersThatStandBack) {
   // slip, and the tolerance is met without.
   Settings settings = small_box();
   settings.spheres.forcing_loops = 12;
-  settings.spheres.slip_tolerance = 0.05;
+  settings.spheres.slip_tolerance = 0.15;
   Flow<double> flow(settings, MPI_COMM_WORLD);
   flow.fill(wavy);
   const double gap = 0.5 * flow.grid.h;
@@ -486,7 +487,55 @@ TEST(Forcing, LoopsDoNotWaitForMarkersThatStandBack) {
   flow.boundary.start_stage(flow.velocity);
   const ForcingReport report = flow.force(0.01);
   EXPECT_LT(report.loops, 12);
-  EXPECT_GT(report.after.max, 0.05);
+  EXPECT_GT(report.after.max, 1.0);
+}
+
+/// Force of one loop on fluid that goes at 1 through a face-centred cubic packing of volume
+/// fraction 0.6, six cells to a diameter, gaps of 0.4 cells. The step is that of
+/// `diffusion_number`.
+double force_of_packing(bool mobile, double diffusion_number, int loops = 1) {
+  Settings settings;
+  const double length = std::cbrt(4.0 * std::numbers::pi / 6.0 / 0.6), h = length / 9.0;
+  settings.grid.cells = {9, 9, 9};
+  settings.grid.length = {length, length, length};
+  settings.boundary.y = {Wall::periodic, Wall::periodic};
+  settings.fluid.kinematic_viscosity = 1.0;
+  settings.time.step = diffusion_number * h * h;
+  settings.spheres.forcing_loops = loops;
+  Flow<double> flow(settings, MPI_COMM_SELF);
+  flow.fill([](int c, const Vec3&) { return c == 0 ? 1.0 : 0.0; });
+  std::vector<SphereState> all;
+  for (int n = 0; n < 4; ++n)
+    all.push_back(sphere(n,
+                         length * Vec3(n == 1 || n == 2, n == 1 || n == 3, n == 2 || n == 3) / 2 +
+                             Vec3(0.26, 0.27, 0.24) * length,
+                         mobile, 0.5));
+  for (SphereState& s : all) s.position = inside_the_box(flow.grid, s.position);
+  flow.boundary.set_spheres(all);
+  flow.boundary.start_stage(flow.velocity);
+  return flow.force(0.01).force_on_fluid.x();
+}
+
+TEST(Forcing, PackingsOfMobileSpheresHoldWhatFlowsThroughThem) {
+  // Nearly all markers stand beside two others: without pores six tenths of the force are missing.
+  const double fixed = force_of_packing(false, 0.2);
+  EXPECT_NEAR(force_of_packing(true, 0.2) / fixed, 1.0, 0.01);
+  EXPECT_NEAR(force_of_packing(true, 7.2) / fixed, 1.0, 0.01);
+  // With shorter steps, or more loops, each takes a part of it.
+  EXPECT_LT(force_of_packing(true, 0.05) / fixed, 0.8);
+  EXPECT_GT(force_of_packing(true, 0.05) / fixed, 0.5);
+  EXPECT_DOUBLE_EQ(share_at_pores(0.05, 1), 0.5);
+  EXPECT_DOUBLE_EQ(share_at_pores(0.2, 4), 0.5);
+  EXPECT_EQ(share_at_pores(7.2, 3), 1.0);
+}
+
+TEST(Forcing, FilmsAndPores) {
+  EXPECT_EQ(volume_beside(0.9, 4.1, 1.0), 0.0);  // a film
+  EXPECT_EQ(volume_beside(2.1, 2.1, 0.0), 1.0);  // nothing near
+  EXPECT_NEAR(volume_beside(1.4, 4.1, 1.0), 0.4, 1e-12);
+  EXPECT_NEAR(volume_beside(0.9, 2.9, 0.3), 0.3, 1e-12);  // a pore
+  EXPECT_NEAR(volume_beside(0.9, 3.5, 1.0), 0.5, 1e-12);
+  EXPECT_NEAR(volume_beside(1.4, 2.9, 0.5), 0.7, 1e-12);
 }
 
 /// Root mean square slip of eight spheres about one point, overlapping, before each of twenty loops
