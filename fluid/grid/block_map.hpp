@@ -16,7 +16,8 @@ namespace bedload {
 /// the same as the fluid's. Blocks are counted along z first, then along y.
 struct BlockMap {
   /// How far outside its radius, in cells, a sphere may still concern a block: what it carries
-  /// along is corrected up to 3 cells away, the halo is marked for 4.
+  /// along is corrected up to 3 cells away, the halo is marked for 4, and markers of others know of
+  /// it up to pore_to = 4.
   static constexpr double reach = 5.0;
 
   std::array<double, 3> length{};  ///< of the box [L]

@@ -71,8 +71,8 @@ void declare_keys(Settings& s, Visitor& key) {
              "Stretches y: s of the hyperbolic tangent that draws cells to the no-slip walls; 0: "
              "does not. No spheres then.");
   key.number("grid.y_uniform", s.grid.y_uniform, "L", not_negative, Need::optional,
-             "Stretches y: height from the lower end with cubic cells, for spheres; above it cells "
-             "grow by a constant ratio up to grid.length. 0: does not.");
+             "Stretches y: height from the lower end with cubic cells, a whole number of them, for "
+             "spheres; above it cells grow by a constant ratio up to grid.length. 0: does not.");
   key.words("boundary.x", s.boundary.x, wall_words, "Lower and upper end of x.");
   key.words("boundary.y", s.boundary.y, wall_words, "Lower and upper end of y.");
   key.words("boundary.z", s.boundary.z, wall_words, "Lower and upper end of z.");
@@ -97,7 +97,8 @@ void declare_keys(Settings& s, Visitor& key) {
       "Gravity: gives the spheres' buoyancy, and with flow.driving = \"gravity\" its x part "
       "drives the flow; must equal LIGGGHTS' own.");
   key.word("fluid.convection", s.fluid.convection, on_off_words,
-           "Convective term; off solves the unsteady Stokes equations.");
+           "Convective term; off solves the unsteady Stokes equations, for spheres that move with "
+           "V D/nu far below 1 through the grid.");
   key.word("fluid.diffusion", s.fluid.diffusion, diffusion_words,
            "Viscous term in time; auto: implicit where time.step is longer than explicit diffusion "
            "allows.");
@@ -183,7 +184,8 @@ void declare_keys(Settings& s, Visitor& key) {
            "Buoyancy of the mobile spheres in fluid.gravity (off to see what it does).");
   key.word("coupling.exchange", s.coupling.exchange, exchange_words,
            "Whether mobile spheres get their loads and move in each Runge-Kutta stage, or once per "
-           "step by the mean load of its stages.");
+           "step by the mean load of its stages (for comparison: wet rebounds lose up to half of "
+           "their speed).");
   key.integer(
       "coupling.dem_steps", s.coupling.dem_steps, "-", Range{1, 15000},
       "LIGGGHTS' steps per time step; a multiple of 15 where coupling.exchange is \"stage\".");
