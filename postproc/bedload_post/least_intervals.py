@@ -84,8 +84,9 @@ def widened_sentence(names: Sequence[str], values: Sequence[dict]) -> str:
     if not found:
         return ""
     sources = sorted({(v[WIDENED]["flow_throughs"], v[WIDENED]["cells_per_diameter"]) for _, v in found})
-    told = " and ".join(f"{length:.3g} flow-throughs" + (f" at {cells:.3g} cells" if cells else "")
-                        for length, cells in sources)  # fmt: skip
+    told = " and ".join(dict.fromkeys(
+        f"{length:.3g} flow-throughs" + (f" at {cells:.3g} cells" if cells else "") for length, cells in sources
+    ))  # fmt: skip
     changes = []
     for name, v in found:
         own, now = v[WIDENED]["mean_velocity_interval"], v["mean_velocity_interval"]
