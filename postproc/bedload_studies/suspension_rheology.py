@@ -6,8 +6,8 @@ number J = mu gamma/P (gamma: shear rate),
 
     stress/P = 0.32 + 0.38/(1 + 0.005/J) + J + 5/2 phi_m sqrt(J),    phi = phi_m/(1 + sqrt(J)),    phi_m = 0.585.
 
-Lengths here are in diameters, stresses in the submerged weight W = (rho_p - rho_f) g D, rates in W/mu, fluxes for a unit
-width in Ga^2 nu.
+Lengths here are in diameters, stresses in the submerged weight W = (rho_p - rho_f) g D, rates in W/mu, fluxes for a
+unit width in Ga^2 nu.
 """
 
 import math

@@ -146,10 +146,10 @@ def hindered(runner: Runner) -> Result:
     across = np.linspace(0.0, 0.32, 60)
     result.curves.append(Curve(f"(1 - phi)^{exponent:.2f}", across.tolist(), ((1.0 - across) ** exponent).tolist()))
     result.remarks.append(
-        f"A sphere alone: Re = {alone:.2f} (Schiller & Naumann). Means from t = 20 to 100 D/u_g. What images take of the "
-        "speed falls with the width of the box: 1.7601 (phi/N)^(1/3) S(0)/mu_r (Hasimoto 1959; Ladd 1990; Stokes flow). "
-        "The law is fitted to suspensions in vessels and known to about a tenth; spheres in periodic boxes settle by "
-        "about as much more slowly (Yin & Koch 2007, from memory), hence the bound."
+        f"A sphere alone: Re = {alone:.2f} (Schiller & Naumann). Means from t = 20 to 100 D/u_g. What images take of "
+        "the speed falls with the width of the box: 1.7601 (phi/N)^(1/3) S(0)/mu_r (Hasimoto 1959; Ladd 1990; Stokes "
+        "flow). The law is fitted to suspensions in vessels and known to about a tenth; spheres in periodic boxes "
+        "settle by about as much more slowly (Yin & Koch 2007, from memory), hence the bound."
     )
     return result
 
