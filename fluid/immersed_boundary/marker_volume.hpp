@@ -56,9 +56,9 @@ inline double volume_beside(double nearest, double second, double at_pore) {
                    (1.0 - at_pore * pore);
 }
 
-/// By how much markers at pores hold the fluid: with shorter steps and more loops so much less that
-/// they take as much slip in a time as one loop with ν Δt/h² = 0.2, where what the grid resolves of
-/// films is below what there is.
+/// By how much markers at pores hold the fluid: wholly from ν Δt/h² = 0.2 on. With shorter steps
+/// and more loops what the grid resolves of films would grow beyond what there is; with the square
+/// root a packing keeps two thirds of its drag or more (README.md, "Pores").
 /// @param diffusion_number ν Δt/h² of a step
 inline double share_at_pores(double diffusion_number, int loops) {
   return std::min(1.0, std::sqrt(diffusion_number / (0.2 * loops)));
