@@ -10,7 +10,7 @@ namespace bedload {
 /// becomes the number of the word among the choices. To be called in registerSettings.
 inline void read_choice(Settings& settings, const ChoiceKeyword& keyword, int& value) {
   const std::string name(keyword.name);
-  Setting*& place = detail::settings_of(settings)[name];
+  Setting*& place = (settings.*member(detail::SettingsByName{}))[name];
   if (place == nullptr) {
     auto* const choice = new EnumSetting<int>(name);  // the settings delete it
     for (std::size_t n = 0; n < keyword.choices.size(); ++n)

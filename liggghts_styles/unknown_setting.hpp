@@ -7,20 +7,16 @@
 #include <vector>
 
 #include "liggghts_styles/keywords.hpp"
+#include "liggghts_styles/private_member.hpp"
 #include "settings.h"
 
 namespace bedload {
 namespace detail {
 
-/// The settings by name, which LIGGGHTS keeps private (see private_access.hpp).
-template <auto Member>
-struct SettingsDoor {
-  friend auto& settings_of(Settings& settings) { return settings.*Member; }
+struct SettingsByName {
+  friend constexpr auto member(SettingsByName);
 };
-
-auto& settings_of(Settings& settings);
-
-template struct SettingsDoor<&Settings::settings>;
+template struct PrivateMember<SettingsByName, &Settings::settings>;
 
 }  // namespace detail
 
@@ -53,7 +49,7 @@ class UnknownSetting : public Setting {
 
 /// To be called when all models have registered their settings.
 inline void catch_unknown_settings(Settings& settings) {
-  auto& known = detail::settings_of(settings);
+  auto& known = settings.*member(detail::SettingsByName{});
   known[UnknownSetting::last] = new UnknownSetting(known);  // the settings delete it
 }
 

@@ -15,32 +15,27 @@
 #include "coupling/job/roles.hpp"
 #include "input.h"
 #include "lammps.h"
+#include "liggghts_styles/private_member.hpp"
 
 namespace bedload {
 namespace detail {
 
-/// The line of the script that LIGGGHTS is at, as it stands there; private
-/// (liggghts_styles/private_access.hpp).
-template <auto Member>
-struct LineDoor {
-  friend const char* line_of(const LAMMPS_NS::Input& input) { return input.*Member; }
+/// The line of the script that LIGGGHTS is at, as it stands there.
+struct ScriptLine {
+  friend constexpr auto member(ScriptLine);
 };
+template struct PrivateMember<ScriptLine, &LAMMPS_NS::Input::line>;
 
-const char* line_of(const LAMMPS_NS::Input& input);
-
-template struct LineDoor<&LAMMPS_NS::Input::line>;
-
-/// The file that it is read from, the innermost include.
-template <auto Files, auto Number>
-struct ScriptFileDoor {
-  friend FILE* script_file_of(const LAMMPS_NS::Input& input) {
-    return input.*Number > 0 ? (input.*Files)[input.*Number - 1] : nullptr;
-  }
+/// The files that it is read from, the innermost include last, and how many.
+struct ScriptFiles {
+  friend constexpr auto member(ScriptFiles);
 };
+template struct PrivateMember<ScriptFiles, &LAMMPS_NS::Input::infiles>;
 
-FILE* script_file_of(const LAMMPS_NS::Input& input);
-
-template struct ScriptFileDoor<&LAMMPS_NS::Input::infiles, &LAMMPS_NS::Input::nfile>;
+struct ScriptDepth {
+  friend constexpr auto member(ScriptDepth);
+};
+template struct PrivateMember<ScriptDepth, &LAMMPS_NS::Input::nfile>;
 
 }  // namespace detail
 namespace {
@@ -55,6 +50,11 @@ constexpr const char* about_triangles =
     "diameter and range, and skin) and the shortest periodic length less half that cut-off; divide "
     "or "
     "join triangles, or write the wall as a primitive one";
+
+FILE* innermost_script(const LAMMPS_NS::Input& input) {
+  const int depth = input.*member(detail::ScriptDepth{});
+  return depth > 0 ? (input.*member(detail::ScriptFiles{}))[depth - 1] : nullptr;
+}
 
 /// " (in.liggghts, line 12)": how far a script has been read; "" where it is no file.
 std::string file_and_line(FILE* script) {
@@ -87,13 +87,12 @@ bool another_speaks(std::string_view line) {
 // for one.
 std::string LiggghtsScreen::place(const std::string& error) const {
   if (lmp_ == nullptr) return "";
-  std::string_view line = detail::line_of(*lmp_->input);
+  std::string_view line = lmp_->input->*member(detail::ScriptLine{});
   line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
   line = line.substr(0, line.find_last_not_of(" \t\r\n") + 1);
   if (line.empty() || line.starts_with("coupled_run")) return "";
   return fmt::format(" The script's line is '{}'{}.{}", line,
-                     file_and_line(detail::script_file_of(*lmp_->input)),
-                     nearest_style(*lmp_, error));
+                     file_and_line(innermost_script(*lmp_->input)), nearest_style(*lmp_, error));
 }
 
 LiggghtsScreen::LiggghtsScreen() {

@@ -19,44 +19,47 @@
 namespace bedload {
 namespace detail {
 
-template <auto Member>
-struct CommandDoor {
-  friend const char* command_of(const LAMMPS_NS::Input& input) { return input.*Member; }
+struct CommandWord {
+  friend constexpr auto member(CommandWord);
 };
-const char* command_of(const LAMMPS_NS::Input& input);
-template struct CommandDoor<&LAMMPS_NS::Input::command>;
+template struct PrivateMember<CommandWord, &LAMMPS_NS::Input::command>;
 
-template <auto Member>
-struct ComputeMapDoor {
-  friend auto& compute_map_of(LAMMPS_NS::Modify& modify) { return modify.*Member; }
+struct ComputeStyles {
+  friend constexpr auto member(ComputeStyles);
 };
-auto& compute_map_of(LAMMPS_NS::Modify& modify);
-template struct ComputeMapDoor<&LAMMPS_NS::Modify::compute_map>;
+template struct PrivateMember<ComputeStyles, &LAMMPS_NS::Modify::compute_map>;
 
-template <auto Member>
-struct PairMapDoor {
-  friend auto& pair_map_of(LAMMPS_NS::Force& force) { return force.*Member; }
+struct PairStyles {
+  friend constexpr auto member(PairStyles);
 };
-auto& pair_map_of(LAMMPS_NS::Force& force);
-template struct PairMapDoor<&LAMMPS_NS::Force::pair_map>;
+template struct PrivateMember<PairStyles, &LAMMPS_NS::Force::pair_map>;
 
 using Models = LIGGGHTS::ContactModels::Factory;
 
-/// LIGGGHTS' contact models by the word in front of their name.
-template <auto Normal, auto Tangential, auto Cohesion, auto Rolling, auto Surface>
-struct ModelsDoor {
-  friend std::map<std::string, std::map<std::string, int>> contact_models_of(Models& models) {
-    return {{"model", models.*Normal},
-            {"tangential", models.*Tangential},
-            {"cohesion", models.*Cohesion},
-            {"rolling_friction", models.*Rolling},
-            {"surface", models.*Surface}};
-  }
+struct NormalModels {
+  friend constexpr auto member(NormalModels);
 };
-std::map<std::string, std::map<std::string, int>> contact_models_of(Models& models);
-template struct ModelsDoor<&Models::normal_models, &Models::tangential_models,
-                           &Models::cohesion_models, &Models::rolling_models,
-                           &Models::surface_models>;
+template struct PrivateMember<NormalModels, &Models::normal_models>;
+
+struct TangentialModels {
+  friend constexpr auto member(TangentialModels);
+};
+template struct PrivateMember<TangentialModels, &Models::tangential_models>;
+
+struct CohesionModels {
+  friend constexpr auto member(CohesionModels);
+};
+template struct PrivateMember<CohesionModels, &Models::cohesion_models>;
+
+struct RollingModels {
+  friend constexpr auto member(RollingModels);
+};
+template struct PrivateMember<RollingModels, &Models::rolling_models>;
+
+struct SurfaceModels {
+  friend constexpr auto member(SurfaceModels);
+};
+template struct PrivateMember<SurfaceModels, &Models::surface_models>;
 
 }  // namespace detail
 namespace {
@@ -95,9 +98,19 @@ std::string sentence(std::string_view kind, const std::string& word, const Names
   return fmt::format(" The nearest {} to '{}' is '{}'.", kind, word, nearest(word, known));
 }
 
+/// LIGGGHTS' contact models by the word in front of their name.
+std::map<std::string, std::map<std::string, int>> contact_models() {
+  detail::Models& all = detail::Models::instance();
+  return {{"model", all.*member(detail::NormalModels{})},
+          {"tangential", all.*member(detail::TangentialModels{})},
+          {"cohesion", all.*member(detail::CohesionModels{})},
+          {"rolling_friction", all.*member(detail::RollingModels{})},
+          {"surface", all.*member(detail::SurfaceModels{})}};
+}
+
 /// The words behind a command that name contact models, of `pair_style` and `fix wall/gran`.
 std::string nearest_model(const std::vector<std::string>& words) {
-  const auto models = detail::contact_models_of(detail::Models::instance());
+  const auto models = contact_models();
   bool any = false;
   for (std::size_t n = 0; n + 1 < words.size(); ++n) {
     const auto kind = models.find(words[n]);
@@ -117,7 +130,7 @@ std::string nearest_model(const std::vector<std::string>& words) {
 
 std::string nearest_style(const LAMMPS_NS::LAMMPS& lmp, std::string_view error) {
   LAMMPS_NS::Input& input = *lmp.input;
-  const char* const command = detail::command_of(input);
+  const char* const command = input.*member(detail::CommandWord{});
   if (command == nullptr) return "";
   std::vector<std::string> words{command};
   for (const char* word : std::span(input.arg, static_cast<std::size_t>(input.narg)))
@@ -126,16 +139,17 @@ std::string nearest_style(const LAMMPS_NS::LAMMPS& lmp, std::string_view error) 
     return error.find(start) != std::string_view::npos && place < words.size();
   };
   if (about("Unknown command", 0)) {
-    Names known = names_of(*detail::command_map_of(input));
+    Names known = names_of(*(input.*member(detail::Commands{})));
     known.insert(built_in_commands.begin(), built_in_commands.end());
     return sentence("command", words[0], known);
   }
   if (about("Invalid fix style", 3))
-    return sentence("fix style", words[3], names_of(*detail::fix_map_of(*lmp.modify)));
+    return sentence("fix style", words[3], names_of(*(lmp.modify->*member(detail::FixStyles{}))));
   if (about("Invalid compute style", 3))
-    return sentence("compute style", words[3], names_of(*detail::compute_map_of(*lmp.modify)));
+    return sentence("compute style", words[3],
+                    names_of(*(lmp.modify->*member(detail::ComputeStyles{}))));
   if (about("Invalid pair style", 1))
-    return sentence("pair style", words[1], names_of(*detail::pair_map_of(*lmp.force)));
+    return sentence("pair style", words[1], names_of(*(lmp.force->*member(detail::PairStyles{}))));
   if (about("Invalid dump style", 3)) return sentence("dump style", words[3], dump_styles);
   if (about("Invalid region style", 2)) return sentence("region style", words[2], region_styles);
   if (about("Invalid atom style", 1)) return sentence("atom style", words[1], atom_styles);

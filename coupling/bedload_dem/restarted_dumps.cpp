@@ -9,7 +9,7 @@ namespace bedload {
 void append_to_dumps(LAMMPS_NS::Output& output) {
   for (int n = 0; n < output.ndump; ++n) {
     LAMMPS_NS::Dump& dump = *output.dump[n];
-    if (detail::file_per_step_of(dump) == 0) detail::append_flag_of(dump) = 1;
+    if (dump.*member(detail::DumpPerStep{}) == 0) dump.*member(detail::DumpAppends{}) = 1;
   }
 }
 
