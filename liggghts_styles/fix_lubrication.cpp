@@ -234,11 +234,12 @@ double FixLubrication::damping_in_collision(const Surfaces& s) const {
     const double lasting = contact::lasting_share(1 / w, added, closeness);
     const double age =
         contact::collision_layer_age(nu, s.collision_time, cell_size_, image * s.speed, lasting);
-    const double unresolved = 1 - contact::resolved_layer(image * s.speed * cell_size_ / nu);
-    const double late = unresolved * contact::late_share(1 / w, added, fluid_step_.get(),
-                                                         s.collision_time, closeness);
+    const double resolved = contact::resolved_layer(image * s.speed * cell_size_ / nu);
+    const double late =
+        contact::late_share(1 / w, added, fluid_step_.get(), s.collision_time, closeness);
     share += mass * w *
-             std::max(0.0, contact::viscous_share(radius, 1 / w, added, density, nu, age) - late);
+             contact::paid_share(contact::viscous_share(radius, 1 / w, added, density, nu, age),
+                                 resolved, late);
   }
   return contact::collision_damping(mass, s.collision_time, share);
 }

@@ -92,6 +92,12 @@ inline double late_share(double mass, double added, double fluid_step, double co
   return 1.8 * added / (mass + added) * fluid_step / collision_time * std::sqrt(closeness);
 }
 
+/// β - (1 - a) ε of one sphere, at least 0: what the contact pays.
+/// @param viscous β  @param resolved a  @param late ε
+inline double paid_share(double viscous, double resolved, double late) {
+  return std::max(0.0, viscous - (1 - resolved) * late);
+}
+
 /// c [kg/s] of a damper that in a collision of length T_c leaves (1 - β)/(1 + β) of the speed:
 ///     c = (4 m/T_c) artanh β,
 /// as the mean of the speed's square is half of u² (0.555 for the spring δ^{3/2}).

@@ -59,9 +59,8 @@
 ///     Λ_ω:  (0.485 + 170 c⁴) exp(-1.95 s - 2 s²)  - L (0.15 + 60 c⁴) E,
 ///     L = ln(0.2/λ),    E = exp(-1.2 s - 1.2 s²),
 /// each at least 0, Λ_vω at most Λ_v and Λ_ω at least Λ_vω²/Λ_v, so that nothing is ever driven.
-/// Measured as the
-/// difference of two programs (commits 67145bd and 8b69049) that see the same sphere slide and
-/// turn, D/h = 4 to 16, s = 0.002 to 1.
+/// Measured as the difference of two programs (commits 67145bd and 8b69049) that see the same
+/// sphere slide and turn, D/h = 4 to 12, s = 0.002 to 1.
 ///
 /// Symbols: μ dynamic viscosity [Pa s]; ζ surface gap [m]; n unit vector from j to i; a, b radii
 /// [m]; v velocity of i relative to j, ω spins [1/s]. The arms a and b reach to the middle of the

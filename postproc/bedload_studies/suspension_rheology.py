@@ -58,10 +58,18 @@ def moving_bed(stress: float, force: float, clear: float, depth: float) -> Movin
     return MovingBed(stress + force * top * height, float(speed[top]), float(trapezoid(shares * speed, dx=height)))
 
 
-def flux_of_bed(fluid_flux: float, height: float, clear: float, depth: float) -> float:
-    """Flux of the grains, in Ga^2 nu, under a plane flow of `fluid_flux` [Ga^2 nu] in a clear height [D] below a wall:
-    with the force G and the speed u of the bed's top the fluid carries u h/2 + G h^3/12, and the stress at the bed is
-    G h/2 - u/h."""
+@dataclass(frozen=True)
+class BedUnderFlow:
+    """What a plane laminar flow makes of a bed."""
+
+    flux: float  # of the grains, Ga^2 nu
+    wall_stress: float  # of the wall above, W
+
+
+def bed_under_flow(fluid_flux: float, height: float, clear: float, depth: float) -> BedUnderFlow:
+    """A plane flow of `fluid_flux` [Ga^2 nu] in a clear height [D] below a wall: with the force G and the speed u of
+    the bed's top the fluid carries u h/2 + G h^3/12, and the stress is G h/2 - u/h at the bed and G h/2 + u/h at the
+    wall."""
     speed, stress = 0.0, 6.0 * fluid_flux / height**2
     for _ in range(60):
         force = 12.0 * (fluid_flux - 0.5 * speed * height) / height**3
@@ -72,4 +80,4 @@ def flux_of_bed(fluid_flux: float, height: float, clear: float, depth: float) ->
         speed = 0.5 * (speed + bed.speed)
         if change < 1e-4 * bed.speed and abs(at_bed - bed.stress) < 1e-4 * at_bed:
             break
-    return bed.flux
+    return BedUnderFlow(bed.flux, 0.5 * force * height + speed / height)

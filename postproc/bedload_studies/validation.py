@@ -2,7 +2,7 @@
 
 Every case runs scenes of inputs/validation and hands back rows (a number, what it should be, the bound)
 and curves; validation_arrays.py, _steady.py, _sliding.py, _spin.py, _falls.py, _rebounds.py, _suspensions.py,
-_incipient.py, _erosion.py and _erosion_law.py have them. Results stand in the report's folder as CASE.json,
+_packings.py, _incipient.py, _erosion.py and _erosion_law.py have them. Results stand in the report's folder as CASE.json,
 CASE.png and, all together, README.md.
 """
 
@@ -16,14 +16,15 @@ from bedload_launcher.job import Ranks
 
 from . import (
     validation_arrays, validation_erosion, validation_erosion_law, validation_falls, validation_incipient,
-    validation_rebounds, validation_sliding, validation_spin, validation_steady, validation_suspensions,
+    validation_packings, validation_rebounds, validation_sliding, validation_spin, validation_steady,
+    validation_suspensions,
 )  # fmt: skip
 from .validation_runs import Result, Row, Runner
 
 CASES = (
     validation_arrays.CASES | validation_steady.CASES | validation_sliding.CASES | validation_spin.CASES
     | validation_falls.CASES | validation_rebounds.CASES | validation_suspensions.CASES
-    | validation_incipient.CASES | validation_erosion.CASES | validation_erosion_law.CASES
+    | validation_packings.CASES | validation_incipient.CASES | validation_erosion.CASES | validation_erosion_law.CASES
 )  # fmt: skip
 
 

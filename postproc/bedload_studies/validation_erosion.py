@@ -12,7 +12,7 @@ from bedload_post.flow_statistics import FlowStatistics
 from bedload_post.incipient_motion import flux_of
 from bedload_post.outputs import Run
 
-from .suspension_rheology import flux_of_bed
+from .suspension_rheology import bed_under_flow
 from .validation_runs import Curve, Result, Row, Runner, thin
 
 GALILEO = 0.397
@@ -109,7 +109,7 @@ def rows_of(s: FlowStatistics, top: float, reference: Reference, diameter: float
         Row(f"{name}: flux of grains over fluid", grains / fluid, middle, (high - low) / (high + low),
             source=f"middle of {low:g} to {high:g}, {MEASURED}"),
         Row(f"{name}: the same beside what a suspension's rheology lets such a bed carry", grains / fluid,
-            flux_of_bed(found / GALILEO**2, loose, LOOSE, surface_of(s) / diameter) / (found / GALILEO**2),
+            bed_under_flow(found / GALILEO**2, loose, LOOSE, surface_of(s) / diameter).flux / (found / GALILEO**2),
             source=RHEOLOGY),
         Row(f"{name}: packing from D above the floor to D below the surface", bulk, 0.609, 0.02, source=COMPUTED),
     ]  # fmt: skip

@@ -10,7 +10,7 @@ from bedload_post.flow_statistics import FlowStatistics
 from bedload_post.outputs import Run
 from scipy.stats import t as student
 
-from .suspension_rheology import flux_of_bed
+from .suspension_rheology import BedUnderFlow, bed_under_flow
 from .validation_erosion import RHEOLOGY, Changes, flux_samples, fluxes, height_above, surface_of
 from .validation_runs import Curve, Result, Row, Runner
 
@@ -92,9 +92,9 @@ def shields_of_parabola(run: Run, s: FlowStatistics) -> tuple[float, float]:
     return height, 6.0 * fluxes(s)[0] / viscous_flux(run) / height**2
 
 
-def flux_of_run(run: Run, s: FlowStatistics, height: float) -> float:
-    """Flux over Ga^2 nu that a suspension's rheology has under the fluid's flux in that clear height over D."""
-    return flux_of_bed(fluxes(s)[0] / viscous_flux(run), height, CLEAR, surface_of(s) / run.diameter)
+def rheology_of_run(run: Run, s: FlowStatistics, height: float) -> BedUnderFlow:
+    """What a suspension's rheology has under the fluid's flux in that clear height over D."""
+    return bed_under_flow(fluxes(s)[0] / viscous_flux(run), height, CLEAR, surface_of(s) / run.diameter)
 
 
 def flux_below(s: FlowStatistics, height: float) -> float:
@@ -110,12 +110,12 @@ def point_of(run: Run, name: str) -> Point:
     settling = law_point(run, (middle, end))[1] / law_point(run, (begin, middle))[1]
     s = flow_statistics.read(run)
     height, parabola = shields_of_parabola(run, s)
-    rheology = flux_of_run(run, s, height)
-    return Point(stress, parabola, flux, rheology, [
-        Row(f"{name}: Shields number of the upper wall's stress", stress),
+    rheology = rheology_of_run(run, s, height)
+    return Point(stress, parabola, flux, rheology.flux, [
+        Row(f"{name}: Shields number of the upper wall's stress", stress, rheology.wall_stress, source=RHEOLOGY),
         Row(f"{name}: h_f/D, from a packing of {CLEAR:g} to the wall", height),
         Row(f"{name}: Shields number of the parabola over that height", parabola),
-        Row(f"{name}: flux of grains / (Ga^2 nu)", flux, rheology, source=RHEOLOGY),
+        Row(f"{name}: flux of grains / (Ga^2 nu)", flux, rheology.flux, source=RHEOLOGY),
         Row(f"{name}: flux of grains over fluid", fluxes(s)[1] / fluxes(s)[0]),
         Row(f"{name}: flux, second half of that time over the first", settling, 1.0, STEADY, source="steady"),
         Row(f"{name}: share of the flux more than 2 D below the bed's surface",

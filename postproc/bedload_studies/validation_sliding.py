@@ -227,7 +227,7 @@ def _sliding_free(runner: Runner, result: Result) -> None:
     force = pull / (3.0 * math.pi)
     for switch in ("off", "on"):
         run = None
-        for n, gap in ((8, 0.2), (8, 0.1), (8, 0.05), (12, 0.1), (12, 0.2), (6, 0.1), (4, 0.1)):
+        for n, gap in ((8, 0.2), (8, 0.1), (8, 0.05), (12, 0.1), (12, 0.2), (12, 0.15), (6, 0.075), (4, 0.05)):
             u, spin = np.linalg.solve(_beside_wall(2.0 * gap / n), [force, 0.0]) * (1.0, 2.0)
             settings, values = _wall_box(n, gap, 3.0)
             run = runner("sliding", f"sliding-free-{switch}-{n}-{gap}", settings | from_coarser(run, 0.8),

@@ -97,7 +97,7 @@ def suspension(runner: Runner) -> Result:
     return result
 
 
-def _mean_fall(run: Run, since: float) -> np.ndarray:
+def mean_fall(run: Run, since: float) -> np.ndarray:
     """Mean of all spheres' speed downwards at each instant."""
     means = []
     for block in run.sample_blocks(since=since):
@@ -133,7 +133,7 @@ def hindered(runner: Runner) -> Result:
         label = f"hindered-{fraction:g}" + ("" if width == 8.0 else f"-{width:g}")
         run = runner("hindered", label, settings, {"fraction": fraction, "length": width})
         there = _fraction(run, width**3)
-        mean = estimate(_mean_fall(run, since=20.0) * galileo / alone, BATCHES)
+        mean = estimate(mean_fall(run, since=20.0) * galileo / alone, BATCHES)
         slower = slower_by_images(there, there * width**3 / VOLUME)
         points.setdefault(width, []).append((there, mean.mean + slower))
         result.rows.append(Row(

@@ -425,6 +425,11 @@ TEST(CollisionInFluid, JumpsOfLightSpheresDoNotLast) {
   // What comes late: 0.03 of a jump for glass in a collision of ten steps, less in longer ones.
   EXPECT_NEAR(late_share(5 * added, added, 0.01, 0.1, 1), 0.18 / 6, 1e-12);
   EXPECT_NEAR(late_share(5 * added, added, 0.01, 0.2, 0.25), 0.045 / 6, 1e-12);
+  // Where the grid resolves the layer the contact pays all, where it knows of none the rest.
+  EXPECT_EQ(paid_share(0.2, 1, 0.05), 0.2);
+  EXPECT_NEAR(paid_share(0.2, 0.4, 0.05), 0.17, 1e-12);
+  EXPECT_NEAR(paid_share(0.2, 0, 0.05), 0.15, 1e-12);
+  EXPECT_EQ(paid_share(0.02, 0, 0.05), 0);
 }
 
 TEST(CollisionInFluid, DampingTakesItsShareFromACollision) {

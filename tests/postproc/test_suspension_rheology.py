@@ -31,10 +31,17 @@ def test_speed_and_flux_follow_from_the_stress():
 
 
 def test_flow_over_the_bed_is_that_of_its_flux():
-    """Without motion the stress is that of the parabola, 6 q/h^2, and a bed that moves has less at its top."""
-    slow = rheology.flux_of_bed(0.1, 10.0, 0.1, 9.0)
-    assert slow < 1e-6
+    """Without motion both stresses are those of the parabola, 6 q/h^2; a bed that moves has less at its top, and takes
+    from the wall, too: with the top at u both are 6 (q - u h/2)/h^2 -+ u/h."""
+    slow = rheology.bed_under_flow(0.1, 10.0, 0.1, 9.0)
+    assert slow.flux < 1e-6 and slow.wall_stress == pytest.approx(6e-3, rel=2e-3)
     flux, height = 4.565, 9.456
-    found = rheology.flux_of_bed(flux, height, 0.1, 9.0)
-    assert found == pytest.approx(0.00924, rel=0.01)
-    assert found < rheology.moving_bed(6.0 * flux / height**2, 12.0 * flux / height**3, 0.1, 9.0).flux
+    found = rheology.bed_under_flow(flux, height, 0.1, 9.0)
+    assert found.flux == pytest.approx(0.00924, rel=0.01)
+    parabola = 6.0 * flux / height**2
+    assert found.flux < rheology.moving_bed(parabola, 2.0 * parabola / height, 0.1, 9.0).flux
+    speed = (parabola - found.wall_stress) * height / 2.0
+    assert speed == pytest.approx(0.091, rel=0.02)
+    force = 12.0 * (flux - 0.5 * speed * height) / height**3
+    bed = rheology.moving_bed(0.5 * force * height - speed / height, force, 0.1, 9.0)
+    assert bed.speed == pytest.approx(speed, rel=0.1)

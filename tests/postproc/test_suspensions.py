@@ -60,5 +60,5 @@ class MadeUp:
 
 
 def test_means_of_a_run():
-    assert suspensions._mean_fall(MadeUp(), 0.0).tolist() == [1.5, 4.0]
+    assert suspensions.mean_fall(MadeUp(), 0.0).tolist() == [1.5, 4.0]
     assert suspensions._wall_stress(MadeUp(), 1.5).tolist() == [2.0]
