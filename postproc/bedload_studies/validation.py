@@ -2,8 +2,8 @@
 
 Every case runs scenes of inputs/validation and hands back rows (a number, what it should be, the bound)
 and curves; validation_arrays.py, _steady.py, _sliding.py, _spin.py, _falls.py, _rebounds.py, _suspensions.py,
-_packings.py, _incipient.py, _erosion.py and _erosion_law.py have them. Results stand in the report's folder as CASE.json,
-CASE.png and, all together, README.md.
+_packings.py, _incipient.py, _erosion.py and _erosion_law.py have them. Results stand in the report's folder as
+CASE.json, CASE.png and, all together, README.md.
 """
 
 import argparse

@@ -63,7 +63,8 @@ def packing(runner: Runner) -> Result:
                                (1.0, 4, "four loops")):  # fmt: skip
         share = held_over_fixed("fcc-0.6", *lattice("face-centred", 0.6), 9, step=step, loops=loops)
         result.rows.append(Row(f"the same of 0.6, D/h = 5.9, {words}", share, 1.0, source=ALIKE))
-    centres, length = random_spheres(0.45, 4.0, 0), 4.0
+    length = 4.5  # the lattice that they begin from fits
+    centres = random_spheres(0.45, length, 0)
     for n in (6, 8):
         share = held_over_fixed("random-0.45", centres, length, round(n * length))
         what = f"K of spheres at random places, 0.45, held over fixed ones, D/h = {n}"
