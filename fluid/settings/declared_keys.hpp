@@ -184,8 +184,8 @@ void declare_keys(Settings& s, Visitor& key) {
            "Buoyancy of the mobile spheres in fluid.gravity (off to see what it does).");
   key.word("coupling.exchange", s.coupling.exchange, exchange_words,
            "Whether mobile spheres get their loads and move in each Runge-Kutta stage, or once per "
-           "step by the mean load of its stages (for comparison: wet rebounds lose up to half of "
-           "their speed).");
+           "step by the mean load of its stages (for comparison: wet rebounds come out too "
+           "low).");
   key.integer(
       "coupling.dem_steps", s.coupling.dem_steps, "-", Range{1, 15000},
       "LIGGGHTS' steps per time step; a multiple of 15 where coupling.exchange is \"stage\".");
