@@ -18,7 +18,7 @@ inline Vec3 shortest_way(const Grid& grid, const Vec3& from, const Vec3& to) {
   for (int d = 0; d < 3; ++d)
     if (grid.periodic(d)) {
       const double length = grid.length[static_cast<std::size_t>(d)];
-      way[d] -= length * std::round(way[d] / length);
+      if (std::abs(way[d]) >= 0.5 * length) way[d] -= length * std::round(way[d] / length);
     }
   return way;
 }
@@ -70,14 +70,15 @@ class SphereBins {
   template <class Visit>
   void near(const Vec3& position, double distance, Visit visit) const {
     const std::array<int, 3> middle = place(position);
-    std::array<std::vector<int>, 3> along;
-    for (int d = 0; d < 3; ++d)
-      along[static_cast<std::size_t>(d)] = neighbours(middle, d, distance);
-    for (const int x : along[0])
-      for (const int y : along[1])
-        for (const int z : along[2])
-          if (const auto bin = bins_.find(number({x, y, z})); bin != bins_.end())
-            for (const int index : bin->second) visit(index);
+    std::array<std::array<int, 2>, 3> range;
+    for (std::size_t d = 0; d < 3; ++d) range[d] = around(middle[d], d, distance);
+    for (int x = range[0][0]; x <= range[0][1]; ++x)
+      for (int y = range[1][0]; y <= range[1][1]; ++y)
+        for (int z = range[2][0]; z <= range[2][1]; ++z) {
+          const auto bin = bins_.find(number({wrapped(x, 0), wrapped(y, 1), wrapped(z, 2)}));
+          if (bin == bins_.end()) continue;
+          for (const int index : bin->second) visit(index);
+        }
   }
 
  private:
@@ -89,18 +90,19 @@ class SphereBins {
     }
     return out;
   }
-  std::vector<int> neighbours(const std::array<int, 3>& middle, int direction,
-                              double distance) const {
-    const auto d = static_cast<std::size_t>(direction);
-    const int most = static_cast<int>(std::ceil(distance * count_[d] / grid_.length[d]));
-    std::vector<int> out;
-    for (int m = -most; m <= most; ++m) {
-      int n = middle[d] + m;
-      if (grid_.periodic(direction)) n = ((n % count_[d]) + count_[d]) % count_[d];
-      if (n < 0 || n >= count_[d]) continue;
-      if (std::find(out.begin(), out.end(), n) == out.end()) out.push_back(n);
-    }
-    return out;
+  /// First and last cube that reach to `distance` from cube `middle`; beyond an end where periodic,
+  /// but none twice.
+  std::array<int, 2> around(int middle, std::size_t d, double distance) const {
+    const double most = std::ceil(distance * count_[d] / grid_.length[d]);
+    if (2.0 * most + 1.0 >= count_[d] && grid_.periodic(static_cast<int>(d)))
+      return {0, count_[d] - 1};
+    const int first = static_cast<int>(std::max(middle - most, -1.0 * count_[d])),
+              last = static_cast<int>(std::min(middle + most, 2.0 * count_[d]));
+    if (grid_.periodic(static_cast<int>(d))) return {first, last};
+    return {std::max(first, 0), std::min(last, count_[d] - 1)};
+  }
+  int wrapped(int n, std::size_t d) const {
+    return n < 0 ? n + count_[d] : n >= count_[d] ? n - count_[d] : n;
   }
   std::size_t number(const std::array<int, 3>& p) const {
     return (static_cast<std::size_t>(p[1]) * static_cast<std::size_t>(count_[2]) +

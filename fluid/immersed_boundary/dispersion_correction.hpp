@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "fluid/grid/decomposition.hpp"
@@ -14,7 +16,9 @@
 #include "fluid/grid/grid.hpp"
 #include "fluid/grid/sphere.hpp"
 #include "fluid/immersed_boundary/points_along.hpp"
+#include "fluid/immersed_boundary/sphere_neighbour.hpp"
 #include "fluid/immersed_boundary/stencil.hpp"
+#include "fluid/kernels/independent_loop.hpp"
 #include "fluid/kernels/prefetch.hpp"
 #include "fluid/kernels/simd.hpp"
 
@@ -68,18 +72,11 @@ class DispersionCorrection {
     begins_.clear();
   }
 
-  /// Another sphere, or an image of it, some of whose points may lie within reach.
-  struct Neighbour {
-    Vec3 way;       ///< from the sphere that is added to it, or to its image [L]
-    double radius;  ///< [L]
-    bool first;     ///< has the points on the plane between both
-  };
-
   /// Notes this rank's points of one component that belong to a sphere, which must come sphere by
   /// sphere with three components each. `neighbours`: all with surfaces nearer than twice the
   /// reach.
   void add(const Grid& grid, const Decomposition& decomposition, int component, const Vec3& centre,
-           double radius, std::span<const Neighbour> neighbours = {});
+           double radius, std::span<const SphereNeighbour> neighbours = {});
 
   /// gain += what the points around sphere number `n` give in a time `dt` [T] when it
   /// moves as `motion` says. Returns the moment that the fluid gets of it about the sphere's
@@ -88,10 +85,14 @@ class DispersionCorrection {
   Vec3 find(std::size_t n, const SphereState& motion, const Grid& grid, double dt,
             const Field<Real>& velocity, Field<Real>& gain) const;
 
-  /// velocity += gain, and gain = 0, at this rank's points around a sphere that its own correction
-  /// may reach. Both fields have the same rows, ghosts apart.
-  static void give(const Vec3& centre, double radius, const Grid& grid,
-                   const Decomposition& decomposition, Field<Real>& gain, Field<Real>& velocity);
+  /// Marks this rank's points around a sphere that its own correction may reach. In a dense bed the
+  /// surroundings of spheres overlap many times; what is marked is given once.
+  void mark(const Vec3& centre, double radius, const Grid& grid,
+            const Decomposition& decomposition);
+
+  /// velocity += gain, and gain = 0, at the points that are marked, which none is afterwards. Both
+  /// fields have the same rows, ghosts apart.
+  void give(Field<Real>& gain, Field<Real>& velocity);
 
  private:
   /// Points begin .. begin + count - 1 of row (j, k) of a component.
@@ -109,8 +110,8 @@ class DispersionCorrection {
     double bound;
   };
 
-  void find_planes(const Grid& grid, double radius, std::span<const Neighbour> neighbours);
-  std::array<double, 2> own_part(double y, double z, double half_width) const;
+  void find_planes(const Grid& grid, double radius, std::span<const SphereNeighbour> neighbours);
+  void find_own_parts(double y);
   void add_row(const Row& start, const PointsAlong& x, const std::array<double, 2>& part);
   static std::array<std::array<Real, 2>, 3> factors(const Row& row, const SphereState& motion,
                                                     double scale);
@@ -131,12 +132,21 @@ class DispersionCorrection {
   std::vector<Row> rows_;
   std::vector<std::size_t> begins_;  ///< first row of each sphere's component
   std::vector<Plane> planes_;        ///< of the sphere that is being added
+  /// Of its rows in one plane: places along z, half of their chords within reach (negative: none),
+  /// and the ends of the parts that are its own [L].
+  std::vector<double> z_, half_chord_, from_, to_;
+
+  /// A bit for each register's worth of points of a row, rows one after the other, plane by plane.
+  static constexpr int bits = 64;
+  std::vector<std::uint64_t> marks_;
+  int marked_rows_ = 0;   ///< of a plane
+  int words_in_row_ = 0;
 };
 
 template <class Real>
 void DispersionCorrection<Real>::add(const Grid& grid, const Decomposition& decomposition,
                                      int component, const Vec3& centre, double radius,
-                                     std::span<const Neighbour> neighbours) {
+                                     std::span<const SphereNeighbour> neighbours) {
   begins_.push_back(rows_.size());
   const auto line = [&](int d) { return PointsAlong{stencil_axis(grid, component, d), centre[d]}; };
   const PointsAlong x = line(0), y = line(1), z = line(2);
@@ -144,14 +154,24 @@ void DispersionCorrection<Real>::add(const Grid& grid, const Decomposition& deco
   if (component == 0) find_planes(grid, radius, neighbours);
   const auto [lowest, highest] = y.within(reach);
   const auto [back, front] = z.within(reach);
+  z_.clear();
+  for (int k = back; k <= front; ++k) z_.push_back(z.place(k));
+  half_chord_.resize(z_.size());
   // Whether the volumes around both neighbours along y are cubes, too; else what one of them gets
   // and the other loses would be no momentum.
   const int cubes = grid.cubic_planes(), volume_ends = component == 1 ? 2 : 1;
   const auto even = [&](int j) { return cubes == grid.cells[1] || j + volume_ends < cubes; };
-  for (int j = lowest; j <= highest; ++j)
+  for (int j = lowest; j <= highest; ++j) {
+    if (!decomposition.holds_plane(y.wrapped(j))) continue;
+    const double disc = reach * reach - y.place(j) * y.place(j);
+    for (std::size_t n = 0; n < z_.size(); ++n) {
+      const double chord = disc - z_[n] * z_[n];
+      half_chord_[n] = chord < 0.0 ? -1.0 : std::sqrt(chord);
+    }
+    find_own_parts(y.place(j));
     for (int k = back; k <= front; ++k) {
-      const double chord = reach * reach - y.place(j) * y.place(j) - z.place(k) * z.place(k);
-      if (chord < 0.0 || !decomposition.holds(y.wrapped(j), z.wrapped(k))) continue;
+      const auto n = static_cast<std::size_t>(k - back);
+      if (from_[n] > to_[n] || !decomposition.holds_row(z.wrapped(k))) continue;
       add_row({.j = y.wrapped(j) - decomposition.first(),
                .k = z.wrapped(k) - decomposition.first_row(),
                .component = component,
@@ -161,49 +181,60 @@ void DispersionCorrection<Real>::add(const Grid& grid, const Decomposition& deco
                .x_to = 0,
                .y_inner = y.inner(j) && even(j),
                .z_inner = z.inner(k),
-               .first_place = Vec3(0.0, y.place(j), z.place(k))},
-              x, own_part(y.place(j), z.place(k), std::sqrt(chord)));
+               .first_place = Vec3(0.0, y.place(j), z_[n])},
+              x, {from_[n], to_[n]});
     }
+  }
 }
 
 /// From |x|^2 - S^2 < |x - way|^2 - S'^2. Points on a plane, as far as rounding can tell, are the
 /// neighbour's if it is the first.
 template <class Real>
 void DispersionCorrection<Real>::find_planes(const Grid& grid, double radius,
-                                             std::span<const Neighbour> neighbours) {
+                                             std::span<const SphereNeighbour> neighbours) {
   planes_.clear();
-  for (const Neighbour& other : neighbours) {
-    const double own = radius + dispersion_reach * grid.h,
-                 theirs = other.radius + dispersion_reach * grid.h;
+  const double own = radius + dispersion_reach * grid.h;
+  for (const SphereNeighbour& other : neighbours) {
+    const double theirs = other.radius + dispersion_reach * grid.h, distance = other.way.norm();
     const double middle = 0.5 * (other.way.squaredNorm() + own * own - theirs * theirs);
-    const double margin = 1e-9 * grid.h * other.way.norm();
+    const double margin = 1e-9 * grid.h * distance;
+    if (middle - margin > own * distance) continue;  // beyond reach
     planes_.push_back({other.way, other.first ? middle - margin : middle + margin});
   }
 }
 
-/// The sphere's part of a row (y, z), from its centre, that is cut off by all planes [L].
+/// The sphere's parts of the rows of a plane at `y` from its centre, cut off by all planes: plane
+/// after plane, so that rows lie side by side in registers. Nothing is left where from > to.
 template <class Real>
-std::array<double, 2> DispersionCorrection<Real>::own_part(double y, double z,
-                                                           double half_width) const {
-  double from = -half_width, to = half_width;
+void DispersionCorrection<Real>::find_own_parts(double y) {
+  const std::size_t rows = z_.size();
+  from_.resize(rows);
+  to_.resize(rows);
+  const double *z = z_.data(), *half_chord = half_chord_.data();
+  double *from = from_.data(), *to = to_.data();
+  for (std::size_t n = 0; n < rows; ++n) from[n] = -half_chord[n], to[n] = half_chord[n];
   for (const auto& [way, bound] : planes_) {
-    const double left = bound - way.y() * y - way.z() * z, along = way.x();
-    if (left >= std::abs(along) * half_width) continue;  // not within reach
-    if (along > 0.0)
-      to = std::min(to, left / along);
-    else if (along < 0.0)
-      from = std::max(from, left / along);
-    else
-      to = from - 1.0;
+    const double level = bound - way.y() * y, across = way.z(), along = way.x();
+    const double per_along = 1.0 / along;
+    if (along > 0.0) {
+      BEDLOAD_INDEPENDENT_LOOP
+      for (std::size_t n = 0; n < rows; ++n)
+        to[n] = std::min(to[n], (level - across * z[n]) * per_along);
+    } else if (along < 0.0) {
+      BEDLOAD_INDEPENDENT_LOOP
+      for (std::size_t n = 0; n < rows; ++n)
+        from[n] = std::max(from[n], (level - across * z[n]) * per_along);
+    } else {
+      for (std::size_t n = 0; n < rows; ++n)
+        if (level - across * z[n] < 0.0) to[n] = from[n] - 1.0;
+    }
   }
-  return {from, to};
 }
 
 /// A row through the seam of periodic x is two.
 template <class Real>
 void DispersionCorrection<Real>::add_row(const Row& start, const PointsAlong& x,
                                          const std::array<double, 2>& part) {
-  if (part[0] > part[1]) return;
   const auto [first, last] = x.between(part[0], part[1]);
   for (int begin = first; begin <= last;) {
     Row row = start;
@@ -317,25 +348,42 @@ Vec3 DispersionCorrection<Real>::find(std::size_t n, const SphereState& motion, 
 
 // Points of cells, whose faces are half a cell further; one cell more for the neighbours' gain.
 template <class Real>
-void DispersionCorrection<Real>::give(const Vec3& centre, double radius, const Grid& grid,
-                                      const Decomposition& decomposition, Field<Real>& gain,
-                                      Field<Real>& velocity) {
+void DispersionCorrection<Real>::mark(const Vec3& centre, double radius, const Grid& grid,
+                                      const Decomposition& decomposition) {
   const auto line = [&](int d) { return stencil_axis(grid, (d + 1) % 3, d); };
   const double reach = radius + (dispersion_reach + 1.5) * grid.h;
-  const auto give_run = [&](int j, int k, int first, int end, const Vec3&) {
+  marked_rows_ = decomposition.rows();
+  words_in_row_ = (grid.cells[0] - 1) / (lanes * bits) + 1;
+  const auto mark_run = [&](int j, int k, int first, int end, const Vec3&) {
+    const std::size_t row = (static_cast<std::size_t>(j) * static_cast<std::size_t>(marked_rows_) +
+                             static_cast<std::size_t>(k)) *
+                            static_cast<std::size_t>(words_in_row_);
+    if (row >= marks_.size())  // whole planes
+      marks_.resize(static_cast<std::size_t>(j + 1) * static_cast<std::size_t>(marked_rows_) *
+                    static_cast<std::size_t>(words_in_row_));
+    for (int n = first / lanes; n <= (end - 1) / lanes; ++n)
+      marks_[row + static_cast<std::size_t>(n / bits)] |= std::uint64_t{1} << (n % bits);
+  };
+  for_runs_within({line(0), line(1), line(2)}, decomposition, centre, reach, mark_run);
+}
+
+template <class Real>
+void DispersionCorrection<Real>::give(Field<Real>& gain, Field<Real>& velocity) {
+  std::size_t word = 0;
+  const auto give_marked = [&](int j, int k, int n, std::uint64_t marked) {
     for (int c = 0; c < 3; ++c) {
       Real *u = velocity.row(j, k, c), *more = gain.row(j, k, c);
-      const auto length = static_cast<std::size_t>(end - first + lanes);
-      ask_to_write(u + velocity.plane_size() + first, length);
-      ask_to_write(more + gain.plane_size() + first, length);
-      // Whole registers: what lies beyond the ends is given, too, and not again.
-      for (int i = first & -lanes; i < end; i += lanes) {
+      for (std::uint64_t left = marked; left != 0; left &= left - 1) {
+        const int i = (n * bits + std::countr_zero(left)) * lanes;
         store(u + i, load_wide(u + i) + load_wide(more + i));
         store(more + i, Vector{});
       }
     }
   };
-  for_runs_within({line(0), line(1), line(2)}, decomposition, centre, reach, give_run);
+  for (int j = 0; word < marks_.size(); ++j)
+    for (int k = 0; k < marked_rows_; ++k)
+      for (int n = 0; n < words_in_row_; ++n, ++word)
+        if (marks_[word] != 0) give_marked(j, k, n, std::exchange(marks_[word], 0));
 }
 
 }  // namespace bedload

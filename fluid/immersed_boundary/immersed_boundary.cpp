@@ -299,8 +299,8 @@ void ImmersedBoundary<Real>::correct_dispersion(Field<Real>& velocity, double ca
   mobile_halo_.collect(scratch_);
   mobile_halo_.clear_ghosts(scratch_);
   for (const Mobile& sphere : mobile_)
-    DispersionCorrection<Real>::give(sphere.state.position, sphere.state.radius, grid_,
-                                     decomposition_, scratch_, velocity);
+    dispersion_.mark(sphere.state.position, sphere.state.radius, grid_, decomposition_);
+  dispersion_.give(scratch_, velocity);
   mobile_halo_.refresh(velocity);
 }
 

@@ -204,8 +204,11 @@ class ImmersedBoundary {
   void share_excess_spins();
   int layout_of(double radius);
   void place_fixed();
-  SphereBins mobile_bins();
-  void find_neighbours(std::size_t n, const SphereBins& mobile);
+  void find_neighbours();
+  std::span<const SphereNeighbour> neighbours(std::size_t n) const {
+    return std::span(neighbours_).subspan(first_neighbour_[n],
+                                          first_neighbour_[n + 1] - first_neighbour_[n]);
+  }
   void place_mobile(bool weighed);
   int highest_reached_here() const;
   void find_planes_reached();
@@ -214,7 +217,7 @@ class ImmersedBoundary {
   void find_near_mobile();
   void restore_near_mobile();
   void weigh_mobile();
-  void weaken_beside_others(const SphereBins& mobile);
+  void weaken_beside_others();
   using ByMarker = std::array<std::vector<Real>, 3>;
   void share_by_marker(ByMarker Mobile::*numbers, std::vector<Real> MarkerList<Real>::*found);
   void take_by_marker(const MarkerList<Real>& list, std::size_t component,
@@ -271,8 +274,8 @@ class ImmersedBoundary {
   Partners guests_;             ///< where shares come from
   Lists fixed_lists_, mobile_lists_;
   DispersionCorrection<Real> dispersion_;  ///< around the mobile spheres
-  std::vector<typename DispersionCorrection<Real>::Neighbour> neighbours_;  ///< of one sphere
-  double largest_mobile_ = 0.0;                                             ///< radius [L]
+  std::vector<SphereNeighbour> neighbours_;  ///< of the mobile spheres, one after the other
+  std::vector<std::size_t> first_neighbour_;  ///< of each, and the end
   InteriorCells interior_;  ///< of the mobile spheres, three components each
   std::array<std::vector<Real>, 3> fixed_row_sums_;  ///< of fixed markers among themselves
   std::optional<SphereBins> fixed_bins_;

@@ -19,6 +19,10 @@ namespace {
 constexpr double shared_reach = 2.5;
 static_assert(volume_beside_to <= shared_reach && shared_reach <= pore_to);
 
+/// Largest gap, in cells, between spheres that are neighbours: each of what looks at them has its
+/// own reach within it.
+constexpr double beside = std::max(2.0 * dispersion_reach, pore_to);
+
 constexpr std::array<std::size_t, 3> components{0, 1, 2};
 
 /// Distances of one sphere's markers, by offset, from the nearest two surfaces of others [L].
@@ -146,37 +150,42 @@ void ImmersedBoundary<Real>::place_fixed() {
   weigh_fixed();
 }
 
+/// The spheres around each mobile one, images apart from its own ones, with surfaces nearer than
+/// `beside`. Of two mobile ones the first has the lower tag.
 template <class Real>
-SphereBins ImmersedBoundary<Real>::mobile_bins() {
-  largest_mobile_ = 0.0;
-  for (const Mobile& sphere : mobile_)
-    largest_mobile_ = std::max(largest_mobile_, sphere.state.radius);
-  SphereBins bins(grid_, 2.0 * (largest_mobile_ + dispersion_reach * grid_.h));
+void ImmersedBoundary<Real>::find_neighbours() {
+  neighbours_.clear();
+  first_neighbour_.assign(1, 0);
+  double largest = 0.0;
+  for (const Mobile& sphere : mobile_) largest = std::max(largest, sphere.state.radius);
+  const double gap = beside * grid_.h;
+  SphereBins bins(grid_, 2.0 * largest + gap);
   for (std::size_t n = 0; n < mobile_.size(); ++n)
     bins.insert(mobile_[n].state.position, static_cast<int>(n));
-  return bins;
-}
-
-/// The spheres around mobile sphere number `n` that share points of its correction. Points go with
-/// a mobile sphere rather than with a fixed one, and with the lower tag.
-template <class Real>
-void ImmersedBoundary<Real>::find_neighbours(std::size_t n, const SphereBins& mobile) {
-  neighbours_.clear();
-  const SphereState& sphere = mobile_[n].state;
-  const double reach = sphere.radius + 2.0 * dispersion_reach * grid_.h;
-  const auto note = [&](const SphereState& other, bool first) {
-    each_image(grid_, shortest_way(grid_, sphere.position, other.position), reach + other.radius,
-               [&](const Vec3& way) {
-                 neighbours_.push_back({way, other.radius, first});
-               });
-  };
-  mobile.near(sphere.position, reach + largest_mobile_, [&](int other) {
-    const auto m = static_cast<std::size_t>(other);
-    if (m != n) note(mobile_[m].state, m < n);
-  });
-  if (!fixed_.empty())
-    fixed_bins_->near(sphere.position, reach + largest_fixed_,
-                      [&](int other) { note(fixed_[static_cast<std::size_t>(other)], false); });
+  for (std::size_t n = 0; n < mobile_.size(); ++n) {
+    const SphereState& sphere = mobile_[n].state;
+    const auto note = [&](const SphereState& other, const SphereNeighbour& as) {
+      const double reach = sphere.radius + other.radius + gap;
+      const Vec3 nearest = shortest_way(grid_, sphere.position, other.position);
+      if (nearest.squaredNorm() >= reach * reach) return;
+      each_image(grid_, nearest, reach, [&](const Vec3& way) {
+        neighbours_.push_back(as);
+        neighbours_.back().way = way;
+      });
+    };
+    bins.near(sphere.position, sphere.radius + largest + gap, [&](int other) {
+      const auto m = static_cast<std::size_t>(other);
+      if (m == n) return;
+      const SphereState& state = mobile_[m].state;
+      note(state, {.way = {}, .radius = state.radius, .first = m < n, .fixed = false, .index = other});
+    });
+    if (!fixed_.empty())
+      fixed_bins_->near(sphere.position, sphere.radius + largest_fixed_ + gap, [&](int other) {
+        const SphereState& state = fixed_[static_cast<std::size_t>(other)];
+        note(state, {.way = {}, .radius = state.radius, .index = other});
+      });
+    first_neighbour_.push_back(neighbours_.size());
+  }
 }
 
 /// Finds the mobile spheres' markers and the cells inside. Once a step also their volumes and the
@@ -192,8 +201,7 @@ void ImmersedBoundary<Real>::place_mobile(bool weighed) {
   interior_.clear();
   dispersion_.clear();
   SphereMarkers<Real> markers(grid_);
-  std::optional<SphereBins> bins;
-  if (weighed) bins.emplace(mobile_bins());
+  if (weighed) find_neighbours();
   const auto nothing = [](const Vec3&) { return false; };
   for (std::size_t n = 0; n < mobile_.size(); ++n) {
     const SphereState& sphere = mobile_[n].state;
@@ -201,7 +209,6 @@ void ImmersedBoundary<Real>::place_mobile(bool weighed) {
     mobile_halo_.mark(sphere.position, sphere.radius);
     const int layout = layout_of(sphere.radius);
     markers.place(sphere.position, layouts_[static_cast<std::size_t>(layout)]);
-    if (weighed) find_neighbours(n, *bins);
     for (const std::size_t c : components) {
       markers.append(mobile_lists_[c], scratch_, decomposition_, static_cast<int>(c),
                      static_cast<int>(n), layout, nothing);
@@ -209,7 +216,7 @@ void ImmersedBoundary<Real>::place_mobile(bool weighed) {
                     sphere.radius);
       if (weighed)
         dispersion_.add(grid_, decomposition_, static_cast<int>(c), sphere.position, sphere.radius,
-                        neighbours_);
+                        neighbours(n));
     }
   }
   halo_.finish();
@@ -222,7 +229,7 @@ void ImmersedBoundary<Real>::place_mobile(bool weighed) {
   restore_near_mobile();
   if (mobile_.empty()) return;
   weigh_mobile();
-  weaken_beside_others(*bins);
+  weaken_beside_others();
   share_volumes();
 }
 
@@ -267,16 +274,9 @@ void ImmersedBoundary<Real>::find_near_mobile() {
   };
   std::vector<Pair> pairs;
   const double reach = shared_reach * grid_.h, far = pore_to * grid_.h;
-  for (const Mobile& sphere : mobile_)
-    fixed_bins_->near(sphere.state.position, sphere.state.radius + far + largest_fixed_,
-                      [&](int n) {
-                        const SphereState& other = fixed_[static_cast<std::size_t>(n)];
-                        const Vec3 way = shortest_way(grid_, sphere.state.position, other.position);
-                        const double most = sphere.state.radius + far;
-                        each_image(grid_, way, most + other.radius, [&](const Vec3& image) {
-                          pairs.push_back({n, image, sphere.state.radius});
-                        });
-                      });
+  for (std::size_t n = 0; n < mobile_.size(); ++n)
+    for (const SphereNeighbour& other : neighbours(n))
+      if (other.fixed) pairs.push_back({other.index, other.way, mobile_[n].state.radius});
   std::stable_sort(pairs.begin(), pairs.end(),
                    [](const Pair& a, const Pair& b) { return a.fixed < b.fixed; });
   Nearest mobile;  // surfaces beside one fixed sphere
@@ -342,7 +342,7 @@ void ImmersedBoundary<Real>::weigh_mobile() {
 /// Takes from markers what they do not stand for beside the surfaces of other spheres, one of which
 /// at least can move, and of mobile spheres beside the box's ends (volume_beside()).
 template <class Real>
-void ImmersedBoundary<Real>::weaken_beside_others(const SphereBins& mobile) {
+void ImmersedBoundary<Real>::weaken_beside_others() {
   const double reach = volume_beside_to * grid_.h, far = pore_to * grid_.h;
   struct Other {
     Vec3 way;  ///< from its centre
@@ -358,15 +358,10 @@ void ImmersedBoundary<Real>::weaken_beside_others(const SphereBins& mobile) {
     others.clear();
     bed.clear();
     planes.clear();
+    // `way` from the other's centre.
     const auto meet = [&](std::vector<Other>& all, const Vec3& way, double radius) {
       all.push_back({way, radius});
       stands_back |= way.norm() < sphere.radius + radius + reach;
-    };
-    const auto look_at = [&](std::vector<Other>& all, const SphereState& other) {
-      each_image(grid_, shortest_way(grid_, other.position, sphere.position),
-                 sphere.radius + other.radius + far, [&](const Vec3& way) {
-                   if (&other != &sphere || way.norm() > 0.0) meet(all, way, other.radius);
-                 });
     };
     const auto height_over = [&](const End& end) {
       return end.inwards * (sphere.position[end.direction] - end.position);
@@ -381,11 +376,11 @@ void ImmersedBoundary<Real>::weaken_beside_others(const SphereBins& mobile) {
         stands_back |= height < sphere.radius + reach;
       }
     }
-    mobile.near(sphere.position, sphere.radius + largest_mobile_ + far,
-                [&](int m) { look_at(others, mobile_[static_cast<std::size_t>(m)].state); });
-    if (!fixed_.empty())
-      fixed_bins_->near(sphere.position, sphere.radius + largest_fixed_ + far,
-                        [&](int m) { look_at(bed, fixed_[static_cast<std::size_t>(m)]); });
+    each_image(grid_, Vec3::Zero(), 2.0 * sphere.radius + far, [&](const Vec3& way) {
+      if (way.norm() > 0.0) meet(others, way, sphere.radius);
+    });
+    for (const SphereNeighbour& other : neighbours(n))
+      meet(other.fixed ? bed : others, -other.way, other.radius);
     if (!stands_back) continue;
     const auto& along = layouts_[static_cast<std::size_t>(layout_of(sphere.radius))].along;
     movable.reset(along[0].size(), far);

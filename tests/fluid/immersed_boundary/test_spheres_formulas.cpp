@@ -312,9 +312,11 @@ struct Wave {
     const double fourth = (8.0 * (at(1) - at(-1)) - (at(2) - at(-2))) / 12.0;
     return 1.25 * velocity * dt / grid.h * (second - fourth);
   }
-  /// What has been found around a sphere goes to the field.
-  void give(const SphereState& sphere) {
-    DispersionCorrection<double>::give(sphere.position, sphere.radius, grid, all, gain, field);
+  /// What has been found around spheres goes to the field.
+  void give(DispersionCorrection<double>& correction, std::initializer_list<SphereState> around) {
+    for (const SphereState& sphere : around)
+      correction.mark(sphere.position, sphere.radius, grid, all);
+    correction.give(gain, field);
   }
   /// Calls visit(component, place, change) for all points.
   template <class Visit>
@@ -351,7 +353,7 @@ TEST(DispersionCorrection, GoesBeyondTheDifferencesOfFourthOrder) {
   for (int c = 0; c < 3; ++c)
     correction.add(wave.grid, wave.all, c, sphere.position, sphere.radius);
   const Vec3 moment = correction.find(0, sphere, wave.grid, wave.dt, wave.field, wave.gain);
-  wave.give(sphere);
+  wave.give(correction, {sphere});
   Vec3 given = Vec3::Zero(), turned = Vec3::Zero();
   wave.each_change([&](int c, const Vec3& x, double change) {
     const Vec3 r = x - sphere.position;
@@ -429,9 +431,8 @@ TEST(DispersionCorrection, CorrectsOncePointsNearTwoSpheres) {
   const Vec3 way = b.position - a.position;
   b.velocity = velocity + spin.cross(way);
   ASSERT_LT(way.norm() - a.radius - b.radius, 0.1);
-  using Neighbour = DispersionCorrection<double>::Neighbour;
-  const std::array<Neighbour, 1> beside_a{{{way, b.radius, false}}};
-  const std::array<Neighbour, 1> beside_b{{{-way, a.radius, true}}};
+  const std::array<SphereNeighbour, 1> beside_a{{{.way = way, .radius = b.radius}}};
+  const std::array<SphereNeighbour, 1> beside_b{{{.way = -way, .radius = a.radius, .first = true}}};
   for (const bool b_is_fixed : {false, true}) {
     Wave wave;
     const Grid& grid = wave.grid;
@@ -443,8 +444,7 @@ TEST(DispersionCorrection, CorrectsOncePointsNearTwoSpheres) {
       moment += correction.find(1, b, grid, wave.dt, wave.field, wave.gain);
     }
     moment += correction.find(0, a, grid, wave.dt, wave.field, wave.gain);
-    wave.give(a);
-    wave.give(b);
+    wave.give(correction, {a, b});
     Vec3 given = Vec3::Zero(), turned = Vec3::Zero();
     int shared = 0;
     wave.each_change([&](int c, const Vec3& x, double change) {
