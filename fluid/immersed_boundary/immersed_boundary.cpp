@@ -174,9 +174,9 @@ bool ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
 template <class Real>
 void ImmersedBoundary<Real>::start_stage(const Field<Real>& velocity) {
   const Stopwatch watch(seconds_.interior);
-  for (std::size_t n = 0; interior_term_ && n < mobile_.size(); ++n)
+  for (std::size_t place = 0; interior_term_ && place < order_.size(); ++place)
     for (const std::size_t c : components)
-      mobile_[n].share.before[c] = interior_.sums(3 * n + c, velocity);
+      mobile_[order_[place]].share.before[c] = interior_.sums(3 * place + c, velocity);
   stage_started_ = true;
 }
 
@@ -269,9 +269,9 @@ void ImmersedBoundary<Real>::force(Field<Real>& velocity, double stage_step, dou
   if (keeps_force_) share_kept_forces();
   end_loop(loops == 1 ? seconds_.first_loops : seconds_.extra_loops);
 
-  for (std::size_t n = 0; interior_term_ && n < mobile_.size(); ++n)
+  for (std::size_t place = 0; interior_term_ && place < order_.size(); ++place)
     for (const std::size_t c : components)
-      mobile_[n].share.after[c] = interior_.sums(3 * n + c, velocity);
+      mobile_[order_[place]].share.after[c] = interior_.sums(3 * place + c, velocity);
   end_loop(seconds_.interior);
 }
 
@@ -283,7 +283,7 @@ void ImmersedBoundary<Real>::carry_cores(Field<Real>& velocity) {
       given += carry_core(velocity, grid_, decomposition_, sphere, radius);
   };
   for (std::size_t n = 0; n < fixed_.size(); ++n) carry(fixed_[n], fixed_given_[n]);
-  for (Mobile& sphere : mobile_) carry(sphere.state, sphere.given);
+  for (const std::size_t n : order_) carry(mobile_[n].state, mobile_[n].given);
 }
 
 /// Ghosts near the spheres are valid before and after.
@@ -291,15 +291,16 @@ template <class Real>
 void ImmersedBoundary<Real>::correct_dispersion(Field<Real>& velocity, double carry_time) {
   if (carry_time == 0.0) return;
   assert(weighed_here_);  // the layers' points are found together with the markers' volumes
-  for (std::size_t n = 0; n < mobile_.size(); ++n) {
-    const SphereState& sphere = mobile_[n].state;
-    const double time = dispersion_share(sphere, grid_.h, carry_time) * carry_time;
-    mobile_[n].given.angular += dispersion_.find(n, sphere, grid_, time, velocity, scratch_);
+  for (std::size_t place = 0; place < order_.size(); ++place) {
+    Mobile& sphere = mobile_[order_[place]];
+    const double time = dispersion_share(sphere.state, grid_.h, carry_time) * carry_time;
+    sphere.given.angular +=
+        dispersion_.find(place, sphere.state, grid_, time, velocity, scratch_);
   }
   mobile_halo_.collect(scratch_);
   mobile_halo_.clear_ghosts(scratch_);
-  for (const Mobile& sphere : mobile_)
-    dispersion_.mark(sphere.state.position, sphere.state.radius, grid_, decomposition_);
+  for (const std::size_t n : order_)
+    dispersion_.mark(mobile_[n].state.position, mobile_[n].state.radius, grid_, decomposition_);
   dispersion_.give(scratch_, velocity);
   mobile_halo_.refresh(velocity);
 }

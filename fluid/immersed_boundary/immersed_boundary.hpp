@@ -204,10 +204,12 @@ class ImmersedBoundary {
   void share_excess_spins();
   int layout_of(double radius);
   void place_fixed();
+  void find_order();
   void find_neighbours();
-  std::span<const SphereNeighbour> neighbours(std::size_t n) const {
-    return std::span(neighbours_).subspan(first_neighbour_[n],
-                                          first_neighbour_[n + 1] - first_neighbour_[n]);
+  /// Of the sphere at `place` in order_.
+  std::span<const SphereNeighbour> neighbours(std::size_t place) const {
+    return std::span(neighbours_).subspan(first_neighbour_[place],
+                                          first_neighbour_[place + 1] - first_neighbour_[place]);
   }
   void place_mobile(bool weighed);
   int highest_reached_here() const;
@@ -273,10 +275,14 @@ class ImmersedBoundary {
   Partners homes_;              ///< where shares go to
   Partners guests_;             ///< where shares come from
   Lists fixed_lists_, mobile_lists_;
-  DispersionCorrection<Real> dispersion_;  ///< around the mobile spheres
-  std::vector<SphereNeighbour> neighbours_;  ///< of the mobile spheres, one after the other
+  /// The mobile spheres in the order in which what lies around them is taken, neighbours in the box
+  /// one soon after the other, so that what they share is still in the caches. Tags tell nothing of
+  /// places once grains have moved.
+  std::vector<std::size_t> order_;
+  DispersionCorrection<Real> dispersion_;     ///< around the mobile spheres, in this order
+  std::vector<SphereNeighbour> neighbours_;   ///< of the mobile spheres, in this order
   std::vector<std::size_t> first_neighbour_;  ///< of each, and the end
-  InteriorCells interior_;  ///< of the mobile spheres, three components each
+  InteriorCells interior_;  ///< of the mobile spheres, in this order, three components each
   std::array<std::vector<Real>, 3> fixed_row_sums_;  ///< of fixed markers among themselves
   std::optional<SphereBins> fixed_bins_;
   double largest_fixed_ = 0.0;                   ///< radius [L]
