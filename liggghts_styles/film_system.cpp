@@ -4,8 +4,7 @@
 
 namespace bedload {
 
-void FilmSystem::begin(int own, int spheres, std::size_t films) {
-  own_spheres_ = static_cast<std::size_t>(own);
+void FilmSystem::begin(int spheres, std::size_t films) {
   accelerations_.resize(static_cast<std::size_t>(spheres) + 1);
   films_.clear();
   for (Values* values : {&force_, &compliance_, &share_, &own_, &direction_, &residual_, &moved_})
@@ -18,8 +17,8 @@ void FilmSystem::add(int i, int j, const Vector& normal, double inverse_mass_i,
                     second = j < 0 ? nowhere : static_cast<std::size_t>(j);
   const auto k = static_cast<Eigen::Index>(films_.size());
   films_.push_back({.normal = {normal[0], normal[1], normal[2], 0.0},
-                    .push_i = first < own_spheres_ ? inverse_mass_i : 0.0,
-                    .push_j = second < own_spheres_ ? inverse_mass_j : 0.0,
+                    .push_i = inverse_mass_i,
+                    .push_j = share == 1.0 ? inverse_mass_j : 0.0,
                     .i = static_cast<std::uint32_t>(first),
                     .j = static_cast<std::uint32_t>(second)});
   own_[k] = inverse_mass_i + inverse_mass_j;

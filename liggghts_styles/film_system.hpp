@@ -17,7 +17,8 @@ namespace bedload {
 ///
 /// with A_kl the acceleration of gap k by a unit force of film l. A is never formed: A F is what
 /// the accelerations of all spheres by the forces F do to the gaps. Films of this rank; spheres are
-/// numbered as LIGGGHTS does, this rank's own first, then ghosts.
+/// numbered as LIGGGHTS does, this rank's own first, then ghosts. A ghost may have its own sphere's
+/// number where that is on this rank.
 class FilmSystem {
  public:
   using Vector = std::array<double, 3>;
@@ -28,16 +29,15 @@ class FilmSystem {
     std::function<void(std::span<double>)> sum;  ///< numbers summed over the ranks, in place
   };
 
-  /// Forgets all films; `own` spheres of this rank, `spheres` with the ghosts; `films` that will be
-  /// added.
-  void begin(int own, int spheres, std::size_t films);
+  /// Forgets all films; `spheres` are numbered, `films` will be added.
+  void begin(int spheres, std::size_t films);
 
   /// @param j -1: a wall
   /// @param normal unit vector towards i
   /// @param inverse_mass_i, inverse_mass_j of the spheres, 0 for one that is held [1/kg]
   /// @param compliance D [1/kg]
   /// @param force F_alone [N]
-  /// @param share 1/2 where another rank (or image) holds the same film, else 1
+  /// @param share 1/2 where another rank (or image) holds the same film and pushes j, else 1
   void add(int i, int j, const Vector& normal, double inverse_mass_i, double inverse_mass_j,
            double compliance, double force, double share);
 
@@ -70,7 +70,6 @@ class FilmSystem {
   void accelerate(const Values& forces);
   void find_moved(const Values& forces, const Values& diagonal, const Ranks& ranks);
 
-  std::size_t own_spheres_ = 0;
   std::vector<Film> films_;
   Values force_, compliance_, share_;
   Values own_;  ///< A_kk [1/kg]

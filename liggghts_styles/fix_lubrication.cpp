@@ -409,15 +409,23 @@ void FixLubrication::solve_alone() {
   }
 }
 
-/// Films that share a sphere.
+/// Films that share a sphere. On one rank ghosts are images of its own spheres; where these are
+/// found by their tags no acceleration has to be sent.
 void FixLubrication::solve_together() {
-  system_.begin(atom->nlocal, atom->nlocal + atom->nghost, films_.size());
+  const bool alone = comm->nprocs == 1 && atom->map_style != 0;
+  const auto sphere = [&](int k) {
+    return alone && k >= atom->nlocal ? atom->map(atom->tag[k]) : k;
+  };
+  system_.begin(atom->nlocal + atom->nghost, films_.size());
   for (const Film& film : films_)
-    system_.add(film.i, film.j, film.normal, inverse_mass(film.i),
+    system_.add(film.i, film.j < 0 ? film.j : sphere(film.j), film.normal, inverse_mass(film.i),
                 film.j < 0 ? 0.0 : inverse_mass(film.j), film.compliance, film.force, film.share);
+  const auto refresh = [&] {
+    if (!alone) send(Sending::film_accelerations);
+  };
   films_somewhere_ =
       system_.solve(tolerance, most_iterations,
-                    {.refresh = [this] { send(Sending::film_accelerations); },
+                    {.refresh = refresh,
                      .sum = [this](std::span<double> numbers) { sum_over_ranks(numbers); }});
   for (std::size_t k = 0; k < films_.size(); ++k) films_[k].force = system_.force(k);
 }

@@ -67,7 +67,7 @@ const FilmSystem::Ranks one_rank{[] {}, [](std::span<double>) {}};
 TEST(FilmSystem, ForcesAreThoseOfTheWholeLinearSystem) {
   const Cluster cluster;
   FilmSystem system;
-  system.begin(Cluster::spheres, Cluster::spheres, cluster.links.size());
+  system.begin(Cluster::spheres, cluster.links.size());
   for (const Link& link : cluster.links)
     system.add(link.i, link.j, {link.normal[0], link.normal[1], link.normal[2]}, cluster.of(link.i),
                cluster.of(link.j), link.compliance, link.alone, 1.0);
@@ -79,7 +79,7 @@ TEST(FilmSystem, ForcesAreThoseOfTheWholeLinearSystem) {
 
 TEST(FilmSystem, AFilmThatSharesNoSphereKeepsItsForce) {
   FilmSystem system;
-  system.begin(3, 3, 2);
+  system.begin(3, 2);
   system.add(0, 1, {0.6, 0.0, 0.8}, 1.3, 0.7, 2.1, 0.123456789, 1.0);
   system.add(2, -1, {0.0, 1.0, 0.0}, 1.1, 0.0, 1.2, -0.3, 1.0);
   ASSERT_TRUE(system.solve(1e-8, 200, one_rank));
@@ -89,7 +89,7 @@ TEST(FilmSystem, AFilmThatSharesNoSphereKeepsItsForce) {
 
 TEST(FilmSystem, WithoutFilmsThereIsNothingToSolve) {
   FilmSystem system;
-  system.begin(3, 5, 0);
+  system.begin(5, 0);
   EXPECT_FALSE(system.solve(1e-8, 200, one_rank));
 }
 
