@@ -27,14 +27,19 @@ void FilmSystem::add(int i, int j, const Vector& normal, double inverse_mass_i,
   share_[k] = share;
 }
 
-/// Accelerations of all spheres by the given forces of the films.
+/// Accelerations of all spheres by the given forces of the films. Those of one sphere i come one
+/// behind the other, so that its sum stays in a register.
 void FilmSystem::accelerate(const Values& forces) {
   std::fill(accelerations_.begin(), accelerations_.end(), Eigen::Vector4d::Zero());
   const double* force = forces.data();
-  for (const Film& film : films_) {
-    accelerations_[film.i] += film.push_i * *force * film.normal;
-    accelerations_[film.j] -= film.push_j * *force * film.normal;
-    ++force;
+  for (auto film = films_.begin(); film != films_.end();) {
+    const std::uint32_t i = film->i;
+    Eigen::Vector4d sum = accelerations_[i];
+    for (; film != films_.end() && film->i == i; ++film, ++force) {
+      sum += film->push_i * *force * film->normal;
+      accelerations_[film->j] -= film->push_j * *force * film->normal;
+    }
+    accelerations_[i] = sum;
   }
 }
 
