@@ -83,6 +83,8 @@ class RunOutput {
   /// How large spheres.h5 will become and how far grains go between samples, one sentence; empty
   /// without mobile spheres. `start`: that the spheres are written as they are now, too.
   std::string size_of_samples(bool start) const;
+  double slip_rms() const;
+  void warn_of_slip() const;
   std::string slip_summary() const;
   std::vector<EffectRow> effects_with_shares(std::span<const TimingRow> times) const;
   HistoryRow history_row() const;

@@ -221,6 +221,16 @@ def test_single_precision_follows_double(folders, tmp_path):
     assert 1e-12 < apart < 1e-5
 
 
+def test_a_run_whose_surfaces_let_fluid_through_warns_at_its_end(tmp_path):
+    """Where the reference is a hundredth of the flow's, its slip of some per cent is large."""
+    for velocity, large in (("1.0", False), ("0.01", True)):
+        folder = tmp_path / velocity
+        folder.mkdir()
+        result = job(folder, "--steps", "4", "--set", f"reference.velocity={velocity}")
+        assert result.status == 0, result.output
+        assert ("WARNING: the no-slip error of" in result.output) == large
+
+
 def test_a_run_ends_with_its_slip_and_what_each_effect_cost(tmp_path):
     verdicts = 'accuracy.verdicts="extra forcing loops: worth it; single precision: answer +0.1 %; else: nothing"'
     result = job(tmp_path, "--steps", "60", "--set", verdicts)
