@@ -423,10 +423,9 @@ void FixLubrication::solve_together() {
   const auto refresh = [&] {
     if (!alone) send(Sending::film_accelerations);
   };
-  films_somewhere_ =
-      system_.solve(tolerance, most_iterations,
-                    {.refresh = refresh,
-                     .sum = [this](std::span<double> numbers) { sum_over_ranks(numbers); }});
+  films_somewhere_ = system_.solve(
+      tolerance, most_iterations,
+      {.refresh = refresh, .sum = [this](std::span<double> numbers) { sum_over_ranks(numbers); }});
   for (std::size_t k = 0; k < films_.size(); ++k) films_[k].force = system_.force(k);
 }
 

@@ -149,4 +149,6 @@ def start(ask: Ask) -> tuple[int, Path]:
         last = last_checkpoint(out)
         how = f"; go on with --restart {shlex.quote(str(last))}" if last else ""
         print(f"bedload: the run ended with status {status}; its output is {out}{how}", file=sys.stderr)
+    elif scene.moves_grains and (advice := job.advice_on_ranks(out, ranks)):
+        print(f"bedload: {advice}", flush=True)
     return status, out

@@ -155,6 +155,22 @@ def test_ranks():
             job.Ranks.parse(text)
 
 
+@pytest.mark.parametrize("share, grains, ranks, advised", [
+    (0.39, 9400, job.Ranks(4, 1), "--ranks 4:4 "), (0.39, 5000, job.Ranks(2, 1), "--ranks 2:2 "),
+    (0.15, 9400, job.Ranks(4, 1), None), (0.39, 3900, job.Ranks(4, 1), None), (0.39, 9400, job.Ranks(4, 4), None),
+])  # fmt: skip
+def test_long_waits_for_liggghts_advise_more_of_its_ranks(tmp_path, monkeypatch, share, grains, ranks, advised):
+    monkeypatch.setattr(job, "cores", lambda: 4)
+    (tmp_path / "timing.csv").write_text(f"part,share\nmarkers,0.5\nwaiting for LIGGGHTS,{share}\n")
+    (tmp_path / "history.csv").write_text(f"step,mobile_spheres\n0,1\n10,{grains}\n")
+    said = job.advice_on_ranks(tmp_path, ranks)
+    assert said is None if advised is None else said is not None and advised in said
+
+
+def test_without_times_nothing_is_advised(tmp_path):
+    assert job.advice_on_ranks(tmp_path, job.Ranks(1, 1)) is None
+
+
 def test_ranks_of_liggghts_are_for_a_scene_with_grains(tmp_path, started, monkeypatch):
     monkeypatch.setattr(cli, "build", lambda _: None)
     for name in ("run", "estimate"):
