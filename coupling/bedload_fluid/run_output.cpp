@@ -304,11 +304,12 @@ void RunOutput<Real>::warn_of_slip() const {
   // 16 % too small (`./bedload study validation array packing`).
   constexpr double most = 0.25;
   if (const double slip = slip_rms(); slip > most)
-    fmt::print(stderr,
-               "bedload-fluid: WARNING: the no-slip error of {:.2g} reference.velocity is large: "
-               "fluid passes through the spheres' surfaces. More 'spheres.forcing_loops' or smaller "
-               "cells help (or 'reference.velocity' is not that of the flow).\n",
-               slip);
+    fmt::print(
+        stderr,
+        "bedload-fluid: WARNING: the no-slip error of {:.2g} reference.velocity is large: "
+        "fluid passes through the spheres' surfaces. More 'spheres.forcing_loops' or smaller "
+        "cells help (or 'reference.velocity' is not that of the flow).\n",
+        slip);
 }
 
 template <class Real>

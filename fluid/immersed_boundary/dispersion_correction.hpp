@@ -139,7 +139,7 @@ class DispersionCorrection {
   /// A bit for each register's worth of points of a row, rows one after the other, plane by plane.
   static constexpr int bits = 64;
   std::vector<std::uint64_t> marks_;
-  int marked_rows_ = 0;   ///< of a plane
+  int marked_rows_ = 0;  ///< of a plane
   int words_in_row_ = 0;
 };
 

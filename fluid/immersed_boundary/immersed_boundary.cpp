@@ -294,8 +294,7 @@ void ImmersedBoundary<Real>::correct_dispersion(Field<Real>& velocity, double ca
   for (std::size_t place = 0; place < order_.size(); ++place) {
     Mobile& sphere = mobile_[order_[place]];
     const double time = dispersion_share(sphere.state, grid_.h, carry_time) * carry_time;
-    sphere.given.angular +=
-        dispersion_.find(place, sphere.state, grid_, time, velocity, scratch_);
+    sphere.given.angular += dispersion_.find(place, sphere.state, grid_, time, velocity, scratch_);
   }
   mobile_halo_.collect(scratch_);
   mobile_halo_.clear_ghosts(scratch_);

@@ -208,8 +208,8 @@ class ImmersedBoundary {
   void find_neighbours();
   /// Of the sphere at `place` in order_.
   std::span<const SphereNeighbour> neighbours(std::size_t place) const {
-    return std::span(neighbours_).subspan(first_neighbour_[place],
-                                          first_neighbour_[place + 1] - first_neighbour_[place]);
+    return std::span(neighbours_)
+        .subspan(first_neighbour_[place], first_neighbour_[place + 1] - first_neighbour_[place]);
   }
   void place_mobile(bool weighed);
   int highest_reached_here() const;

@@ -196,7 +196,8 @@ void ImmersedBoundary<Real>::find_neighbours() {
       const auto m = static_cast<std::size_t>(other);
       if (m == n) return;
       const SphereState& state = mobile_[m].state;
-      note(state, {.way = {}, .radius = state.radius, .first = m < n, .fixed = false, .index = other});
+      note(state,
+           {.way = {}, .radius = state.radius, .first = m < n, .fixed = false, .index = other});
     });
     if (!fixed_.empty())
       fixed_bins_->near(sphere.position, sphere.radius + largest_fixed_ + gap, [&](int other) {
