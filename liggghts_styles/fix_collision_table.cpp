@@ -108,6 +108,22 @@ void FixCollisionTable::add_to_file(const std::string& name, const char* mode, A
                         .c_str());
 }
 
+/// The contact between these, nullptr if none is under way.
+FixCollisionTable::Record* FixCollisionTable::find(double tag, double other) {
+  const auto contacts = open_.find(static_cast<std::int64_t>(tag));
+  if (contacts == open_.end()) return nullptr;
+  for (Record& record : contacts->second)
+    if (record.other == other) return &record;
+  return nullptr;
+}
+
+/// Takes over a contact; returns whether it was not known.
+bool FixCollisionTable::keep(const Record& record) {
+  if (find(record.tag, record.other) != nullptr) return false;
+  open_[static_cast<std::int64_t>(record.tag)].push_back(record);
+  return true;
+}
+
 void FixCollisionTable::touch(const ContactStep& c) {
   const int* tag = atom->tag;
   const bool pair = c.j >= 0;
@@ -120,8 +136,9 @@ void FixCollisionTable::touch(const ContactStep& c) {
   const auto now = static_cast<double>(update->ntimestep);
   const double dt = update->dt;
 
-  auto [place, is_new] = open_.try_emplace(key_of(fresh), fresh);
-  Record& r = place->second;
+  Record* known = find(fresh.tag, fresh.other);
+  const bool is_new = known == nullptr;
+  Record& r = is_new ? open_[static_cast<std::int64_t>(fresh.tag)].emplace_back(fresh) : *known;
   if (is_new) {
     // Touched since -gap / speed, if that lies within this step.
     const double since = c.gap < 0 && c.normal_speed < 0 ? c.gap / c.normal_speed : 0.0;
@@ -149,14 +166,12 @@ void FixCollisionTable::touch(const ContactStep& c) {
 
 void FixCollisionTable::end_of_step() {
   const auto now = static_cast<double>(update->ntimestep);
-  for (auto place = open_.begin(); place != open_.end();) {
-    if (place->second.last_step < now) {
-      finish(place->second);
-      place = open_.erase(place);
-    } else {
-      ++place;
-    }
-  }
+  for (auto& [tag, contacts] : open_)
+    std::erase_if(contacts, [&](const Record& record) {
+      if (record.last_step >= now) return false;
+      finish(record);
+      return true;
+    });
   if (update->ntimestep % every_ == 0) write();
 }
 
@@ -266,7 +281,8 @@ void FixCollisionTable::write() {
 // As if they ended with the run.
 void FixCollisionTable::write_open() {
   std::vector<Row> mine;
-  for (const auto& [key, record] : open_) mine.push_back(row_of(record, time()));
+  for (const auto& [tag, contacts] : open_)
+    for (const Record& record : contacts) mine.push_back(row_of(record, time()));
   const std::vector<Row> rows = gathered(mine);
   if (comm->me != 0) return;
   constexpr std::size_t by_start = 2;
@@ -279,17 +295,13 @@ void FixCollisionTable::pre_neighbor() {
   if (comm->nprocs == 1) return;
   const auto is_mine = [&](double tag) { return owned_atom(*atom, static_cast<int>(tag)) >= 0; };
   std::vector<Record> leaving;
-  for (auto place = open_.begin(); place != open_.end();) {
-    if (is_mine(place->second.tag)) {
-      ++place;
-      continue;
-    }
-    leaving.push_back(place->second);
-    place = open_.erase(place);
-  }
-  const auto take = [&](const Record& record) {
-    return is_mine(record.tag) && open_.emplace(key_of(record), record).second;
-  };
+  std::erase_if(open_, [&](const auto& of_sphere) {
+    const auto& [tag, contacts] = of_sphere;
+    if (is_mine(static_cast<double>(tag))) return false;
+    leaving.insert(leaving.end(), contacts.begin(), contacts.end());
+    return true;
+  });
+  const auto take = [&](const Record& record) { return is_mine(record.tag) && keep(record); };
   for (const Record& record : hand_on(world, neighbour_ranks(*comm), leaving, take))
     finish(record);  // its sphere is gone
 }
@@ -312,9 +324,9 @@ void* FixCollisionTable::extract(const char* name, int& dimension) {
 
 // Restart: with each sphere the contacts that it keeps, behind their number of values.
 int FixCollisionTable::size_restart(int i) {
-  const auto first = open_.lower_bound({atom->tag[i], INT64_MIN});
-  const auto last = open_.upper_bound({atom->tag[i], INT64_MAX});
-  return 1 + record_size * static_cast<int>(std::distance(first, last));
+  const auto contacts = open_.find(atom->tag[i]);
+  return 1 +
+         record_size * (contacts == open_.end() ? 0 : static_cast<int>(contacts->second.size()));
 }
 
 // LIGGGHTS asks all ranks, and gives each sphere as much room where it reads the file.
@@ -328,12 +340,7 @@ int FixCollisionTable::maxsize_restart() {
 int FixCollisionTable::pack_restart(int i, double* buffer) {
   const int size = size_restart(i);
   buffer[0] = size;
-  double* next = buffer + 1;
-  const auto last = open_.upper_bound({atom->tag[i], INT64_MAX});
-  for (auto place = open_.lower_bound({atom->tag[i], INT64_MIN}); place != last; ++place) {
-    std::memcpy(next, &place->second, sizeof(Record));
-    next += record_size;
-  }
+  if (size > 1) std::memcpy(buffer + 1, open_.at(atom->tag[i]).data(), (size - 1) * sizeof(double));
   return size;
 }
 
@@ -345,7 +352,7 @@ void FixCollisionTable::unpack_restart(int local, int nth) {
   for (int n = 1; n < size; n += record_size) {
     Record r;
     std::memcpy(&r, part + n, sizeof(Record));
-    open_.emplace(key_of(r), r);
+    keep(r);
   }
 }
 

@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
-#include <map>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "fix.h"
@@ -81,13 +81,11 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
     double largest_overlap;
   };
   static constexpr int record_size = sizeof(Record) / sizeof(double);
-  using Key = std::pair<std::int64_t, std::int64_t>;
   /// One row of the table, in the order of its columns.
   using Row = std::array<double, 13>;
 
-  static Key key_of(const Record& r) {
-    return {static_cast<std::int64_t>(r.tag), static_cast<std::int64_t>(r.other)};
-  }
+  Record* find(double tag, double other);
+  bool keep(const Record& record);
   double time() const;
   static Row row_of(const Record& record, double end);
   void finish(const Record& record);
@@ -102,7 +100,7 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   std::int64_t every_ = static_cast<std::int64_t>(keywords[0].preset);
   bool started_ = false;
   ContactObservers contact_observers_;
-  std::map<Key, Record> open_;
+  std::unordered_map<std::int64_t, std::vector<Record>> open_;  // by the lower tag
   std::vector<Row> finished_;
   std::int64_t count_ = 0;  // finished collisions so far
   std::int64_t rows_ = 0;   // of them in the file; known to the first rank
