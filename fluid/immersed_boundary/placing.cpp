@@ -183,26 +183,21 @@ void ImmersedBoundary<Real>::find_neighbours() {
     bins.insert(mobile_[n].state.position, static_cast<int>(n));
   for (const std::size_t n : order_) {
     const SphereState& sphere = mobile_[n].state;
-    const auto note = [&](const SphereState& other, const SphereNeighbour& as) {
+    const auto note = [&](const SphereState& other, bool first, int index) {
       const double reach = sphere.radius + other.radius + gap;
       const Vec3 nearest = shortest_way(grid_, sphere.position, other.position);
       if (nearest.squaredNorm() >= reach * reach) return;
       each_image(grid_, nearest, reach, [&](const Vec3& way) {
-        neighbours_.push_back(as);
-        neighbours_.back().way = way;
+        neighbours_.push_back({way, other.radius, first, !other.mobile, index});
       });
     };
     bins.near(sphere.position, sphere.radius + largest + gap, [&](int other) {
       const auto m = static_cast<std::size_t>(other);
-      if (m == n) return;
-      const SphereState& state = mobile_[m].state;
-      note(state,
-           {.way = {}, .radius = state.radius, .first = m < n, .fixed = false, .index = other});
+      if (m != n) note(mobile_[m].state, m < n, other);
     });
     if (!fixed_.empty())
       fixed_bins_->near(sphere.position, sphere.radius + largest_fixed_ + gap, [&](int other) {
-        const SphereState& state = fixed_[static_cast<std::size_t>(other)];
-        note(state, {.way = {}, .radius = state.radius, .index = other});
+        note(fixed_[static_cast<std::size_t>(other)], false, other);
       });
     first_neighbour_.push_back(neighbours_.size());
   }

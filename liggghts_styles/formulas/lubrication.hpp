@@ -51,10 +51,12 @@ struct UnresolvedShare {
 /// Where two spheres share cells the markers of either stand back
 /// (fluid/immersed_boundary/README.md, "Surfaces in the same cells"), and so do those beside a
 /// wall, but not so far that nobody would hold the fluid between them: the less slip a step leaves
-/// there, the more of a film does the grid resolve. At a wall, with λ (diffusion_number_of_loop)
+/// there, the more of a film does the grid resolve. At a wall, with λ (diffusion_number_of_loop and
+/// diffusion_number_of_approach)
 ///     G = 1.8 - 0.23 ln(λ/0.05) = a,   b = 0.8.
 inline UnresolvedShare unresolved_at_wall(double diffusion_number) {
-  const double resolved = 1.8 - 0.23 * std::log(measured_diffusion_number(diffusion_number) / 0.05);
+  const double resolved =
+      1.8 - 0.23 * std::log(diffusion_number_of_approach(diffusion_number) / 0.05);
   return {resolved, 0.8, resolved};
 }
 
@@ -62,7 +64,7 @@ inline UnresolvedShare unresolved_at_wall(double diffusion_number) {
 ///     s_0 = 0.727 (λ/0.05)^0.28,   G = 1.88 (λ/0.05)^-0.28.
 inline UnresolvedShare unresolved_of_pair(double diffusion_number) {
   constexpr double power = 0.28;
-  const double scale = std::pow(measured_diffusion_number(diffusion_number) / 0.05, power);
+  const double scale = std::pow(diffusion_number_of_approach(diffusion_number) / 0.05, power);
   return {0.37, 1.02, 1.88 / scale, 0.727 * scale};
 }
 

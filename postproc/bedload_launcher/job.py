@@ -133,11 +133,11 @@ LONG_WAIT = 0.2  # of a run's time
 
 
 def advice_on_ranks(out: Path, ranks: Ranks) -> str | None:
-    """What the run in `out` says of more ranks for LIGGGHTS; None: nothing, or the run has not said how long it took.
+    """What the run in `out` says of more ranks for LIGGGHTS; None: nothing, or its tables are not whole.
 
     They sleep while the fluid works, so as many as there are cores cost nothing.
     """
-    with contextlib.suppress(OSError, KeyError, ValueError, IndexError):
+    with contextlib.suppress(OSError, KeyError, ValueError, TypeError, IndexError, csv.Error):
         with open(out / "timing.csv", encoding="utf-8") as file:
             share = {row["part"]: float(row["share"]) for row in csv.DictReader(file)}["waiting for LIGGGHTS"]
         with open(out / "history.csv", encoding="utf-8") as file:

@@ -167,8 +167,12 @@ def test_long_waits_for_liggghts_advise_more_of_its_ranks(tmp_path, monkeypatch,
     assert said is None if advised is None else said is not None and advised in said
 
 
-def test_without_times_nothing_is_advised(tmp_path):
+def test_without_whole_times_nothing_is_advised(tmp_path):
     assert job.advice_on_ranks(tmp_path, job.Ranks(1, 1)) is None
+    (tmp_path / "timing.csv").write_text("part,share\nwaiting for LIGGGHTS,0.39\n")
+    for broken in ("", "step,mobile_spheres\n1\n", "step,mobile_spheres\n1,9400\n\0\0"):
+        (tmp_path / "history.csv").write_text(broken)
+        assert job.advice_on_ranks(tmp_path, job.Ranks(1, 1)) is None
 
 
 def test_ranks_of_liggghts_are_for_a_scene_with_grains(tmp_path, started, monkeypatch):
