@@ -1,6 +1,7 @@
 #include "liggghts_styles/film_system.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 namespace bedload {
 
@@ -65,6 +66,7 @@ void FilmSystem::find_moved(const Values& forces, const Values& diagonal, const 
 /// whose cancellation does not add up, as r.r/D itself is summed anew in each iteration (Meurant,
 /// Parallel Computing 5, 267, 1987). The first sum also says whether there are films at all.
 bool FilmSystem::solve(double tolerance, int most_iterations, const Ranks& ranks) {
+  assert(static_cast<Eigen::Index>(films_.size()) == force_.size());  // as many as begin() was told
   const Values yielding = 1.0 / compliance_, weight = share_ * yielding;
   find_moved(force_, -own_, ranks);
   residual_ = -moved_;

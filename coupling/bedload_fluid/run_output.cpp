@@ -300,8 +300,10 @@ std::string RunOutput<Real>::slip_summary() const {
 
 template <class Real>
 void RunOutput<Real>::warn_of_slip() const {
-  // Of packings with a tenth the drag is right within some per cent, with 0.26 to 0.46 it is 8 to
-  // 16 % too small (`./bedload study validation array packing`).
+  // Of touching fixed spheres at D/h = 8 the drag is right within 2 % with 0.13 (simple cubic), 16
+  // % too small with 0.46 (body-centred) and 51 % with 0.79 (face-centred): slip_rms in history.csv
+  // of
+  // `./bedload study validation array packing`.
   constexpr double most = 0.25;
   if (const double slip = slip_rms(); slip > most)
     fmt::print(

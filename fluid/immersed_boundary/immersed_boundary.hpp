@@ -204,6 +204,7 @@ class ImmersedBoundary {
   void share_excess_spins();
   int layout_of(double radius);
   void place_fixed();
+  double largest_mobile() const;
   void find_order();
   void find_neighbours();
   /// Of the sphere at `place` in order_.

@@ -150,15 +150,21 @@ void ImmersedBoundary<Real>::place_fixed() {
   weigh_fixed();
 }
 
+/// Radius [L].
+template <class Real>
+double ImmersedBoundary<Real>::largest_mobile() const {
+  double largest = 0.0;
+  for (const Mobile& sphere : mobile_) largest = std::max(largest, sphere.state.radius);
+  return largest;
+}
+
 /// Strips along x, so wide that a strip's planes below the spheres that are at work fit into the
 /// second-level cache; in bed_10000 widths of 2 to 5 diameters are alike, tags at random in space
 /// take 1.3 times as long.
 template <class Real>
 void ImmersedBoundary<Real>::find_order() {
   constexpr double diameters_in_strip = 3.0;
-  double largest = 0.0;
-  for (const Mobile& sphere : mobile_) largest = std::max(largest, sphere.state.radius);
-  const double width = diameters_in_strip * 2.0 * largest;
+  const double width = diameters_in_strip * 2.0 * largest_mobile();
   order_.resize(mobile_.size());
   std::iota(order_.begin(), order_.end(), std::size_t{0});
   const auto key = [&](std::size_t n) {
@@ -175,9 +181,7 @@ template <class Real>
 void ImmersedBoundary<Real>::find_neighbours() {
   neighbours_.clear();
   first_neighbour_.assign(1, 0);
-  double largest = 0.0;
-  for (const Mobile& sphere : mobile_) largest = std::max(largest, sphere.state.radius);
-  const double gap = beside * grid_.h;
+  const double largest = largest_mobile(), gap = beside * grid_.h;
   SphereBins bins(grid_, 2.0 * largest + gap);
   for (std::size_t n = 0; n < mobile_.size(); ++n)
     bins.insert(mobile_[n].state.position, static_cast<int>(n));

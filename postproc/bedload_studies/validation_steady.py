@@ -271,13 +271,18 @@ def _of_approach(step: float) -> float:
 STEPS_OF_A_FILM = 40  # of implicit diffusion, behind which markers' kept force has taken most of what it takes
 
 
+def _end_of_film(step: float, n: int, explicit: float) -> float:
+    """Time that a film has to come: `explicit` in explicit steps."""
+    return explicit if step <= 1.0 else STEPS_OF_A_FILM * step * DIFFUSION / n**2
+
+
 def _squeezed(runner: Runner, n: int, gap: float, step: float = OF_FILMS, loops: int = 1) -> float:
     """Force over 6 pi mu R U on a sphere that approaches a wall, `gap` cells from it; `step` in that of the other
     cases."""
     run = runner("on_wall", f"film-{n}-{gap}" + ("" if (step, loops) == (OF_FILMS, 1) else f"-{step:g}-{loops}"), {
         "grid.cells": [5 * n] * 3, "grid.length": [5.0, 5.0, 5.0],
         "boundary.y_upper_velocity": [0.0, 0.0, 0.0], "time.step": step * DIFFUSION / n**2,
-        "time.end": 0.6 if step <= 1.0 else STEPS_OF_A_FILM * step * DIFFUSION / n**2, "spheres.forcing_loops": loops,
+        "time.end": _end_of_film(step, n, 0.6), "spheres.forcing_loops": loops,
     }, {"speed": 1.0, "length": 5.0, "height": 5.0, "x": 2.53, "z": 2.47, "y": 0.5 + gap / n})  # fmt: skip
     return float(last_load(run)[0][1]) / (3.0 * math.pi)
 
@@ -295,7 +300,7 @@ def _squeezed_pair(
     label = f"film-pair-{n}-{gap}-{name}" + ("" if (step, loops) == (OF_FILMS, 1) else f"-{step:g}-{loops}")
     run = runner("approach", label, {
         "grid.cells": [5 * n] * 3, "grid.length": [5.0, 5.0, 5.0], "time.step": step * DIFFUSION / n**2,
-        "time.end": 0.5 if step <= 1.0 else STEPS_OF_A_FILM * step * DIFFUSION / n**2, "spheres.forcing_loops": loops,
+        "time.end": _end_of_film(step, n, 0.5), "spheres.forcing_loops": loops,
     }, values)  # fmt: skip
     with h5py.File(run.folder / "spheres.h5") as file:
         tags, forces = file["mobile/tag"][-2:], file["mobile/force"][-2:]

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <random>
 #include <vector>
 
@@ -75,6 +76,39 @@ TEST(FilmSystem, ForcesAreThoseOfTheWholeLinearSystem) {
   const Eigen::VectorXd exact = cluster.exact();
   for (std::size_t k = 0; k < cluster.links.size(); ++k)
     EXPECT_NEAR(system.force(k), exact[static_cast<Eigen::Index>(k)], 1e-7 * exact.norm()) << k;
+}
+
+// A film through a periodic end is held twice, from either side, with half its share; each pushes
+// its own sphere. A film that pushed both, or none, would be off by as much as the whole.
+TEST(FilmSystem, FilmsHeldFromBothSidesAreOne) {
+  const Cluster cluster;
+  FilmSystem whole, halves;
+  const auto add = [&](FilmSystem& system, int i, int j, const Eigen::Vector3d& n, const Link& link,
+                       double share) {
+    system.add(i, j, {n[0], n[1], n[2]}, cluster.of(i), cluster.of(j), link.compliance, link.alone,
+               share);
+  };
+  const auto at_walls = static_cast<std::size_t>(std::count_if(
+      cluster.links.begin(), cluster.links.end(), [](const Link& link) { return link.j < 0; }));
+  whole.begin(Cluster::spheres, cluster.links.size());
+  halves.begin(Cluster::spheres, 2 * cluster.links.size() - at_walls);
+  for (const Link& link : cluster.links) {
+    add(whole, link.i, link.j, link.normal, link, 1.0);
+    if (link.j < 0) {
+      add(halves, link.i, link.j, link.normal, link, 1.0);
+      continue;
+    }
+    add(halves, link.i, link.j, link.normal, link, 0.5);
+    add(halves, link.j, link.i, -link.normal, link, 0.5);
+  }
+  ASSERT_TRUE(whole.solve(1e-10, 1000, one_rank));
+  ASSERT_TRUE(halves.solve(1e-10, 1000, one_rank));
+  std::size_t half = 0;
+  for (std::size_t k = 0; k < cluster.links.size(); ++k) {
+    EXPECT_NEAR(halves.force(half), whole.force(k), 1e-7) << k;
+    if (cluster.links[k].j >= 0) EXPECT_NEAR(halves.force(half + 1), whole.force(k), 1e-7) << k;
+    half += cluster.links[k].j < 0 ? 1 : 2;
+  }
 }
 
 TEST(FilmSystem, AFilmThatSharesNoSphereKeepsItsForce) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "fluid/grid/out_of_overlap.hpp"
+#include "fluid/grid/sphere_bins.hpp"
 #include "fluid/immersed_boundary/deferred_share.hpp"
 #include "fluid/immersed_boundary/dispersion_correction.hpp"
 #include "fluid/immersed_boundary/interior.hpp"
@@ -405,6 +406,39 @@ TEST(DispersionCorrection, MakesNoMomentumUnderStretchedCells) {
     EXPECT_GT(size.minCoeff(), 0.1);
     EXPECT_LT(given.norm(), 1e-12) << below_highest;
   }
+}
+
+/// Marks of long rows, some registers on either side of a word's end and through the seam, two
+/// spheres in common: each gain within reach is given once, and none is lost or given again.
+TEST(DispersionCorrection, GivesWhatIsMarkedOnce) {
+  Grid grid{.cells = {1100, 12, 12}, .length = {110.0, 1.2, 1.2}, .h = 0.1};
+  grid.walls[1] = {Wall::periodic, Wall::periodic};
+  const Decomposition all(grid, MPI_COMM_SELF);
+  Field<double> field(grid, all.extent(), 3), gain(grid, all.extent(), 3);
+  for (int c = 0; c < 3; ++c)
+    for (int j = 0; j < 12; ++j)
+      for (int k = 0; k < 12; ++k) std::fill_n(gain.row(j, k, c), 1100, 1.0);
+  DispersionCorrection<double> correction;
+  const double radius = 0.2, reach = radius + (dispersion_reach + 1.0) * grid.h;
+  const std::array<Vec3, 4> centres{
+      {{51.2, 0.61, 0.58}, {51.5, 0.6, 0.6}, {0.04, 0.62, 0.6}, {102.43, 0.6, 0.63}}};
+  for (const Vec3& centre : centres) correction.mark(centre, radius, grid, all);
+  correction.give(gain, field);
+  correction.give(gain, field);
+  double given = 0.0;
+  for (int c = 0; c < 3; ++c)
+    for (int j = 0; j < 12; ++j)
+      for (int k = 0; k < 12; ++k)
+        for (int i = 0; i < 1100; ++i) {
+          ASSERT_EQ(field.row(j, k, c)[i] + gain.row(j, k, c)[i], 1.0);
+          given += field.row(j, k, c)[i];
+          Vec3 place(grid.centre(i), grid.centre(j), grid.centre(k));
+          place[c] += 0.5 * grid.h;
+          for (const Vec3& centre : centres)
+            if (shortest_way(grid, centre, place).norm() < reach)
+              ASSERT_EQ(field.row(j, k, c)[i], 1.0) << i << ' ' << j << ' ' << k;
+        }
+  EXPECT_LT(given, 0.2 * 3 * 1100 * 12 * 12) << "what is far from all spheres is left";
 }
 
 /// What the surface does at most, its spin included, in cells a step decides.
