@@ -14,6 +14,7 @@
 #include "liggghts_styles/formulas/collision_in_fluid.hpp"
 #include "liggghts_styles/formulas/lubrication.hpp"
 #include "liggghts_styles/liggghts.hpp"
+#include "liggghts_styles/lost_contacts.hpp"
 #include "liggghts_styles/model_scale.hpp"
 #include "liggghts_styles/wall_reach.hpp"
 
@@ -81,6 +82,12 @@ void FixLubrication::pre_delete(bool unfix) {
 
 void FixLubrication::prepare(const LAMMPS_NS::Fix* wall) {
   contact_observers_.add(wall);
+  const FluidValue of_fluid = FluidValue::find(lmp, "viscosity", "");
+  if (viscosity_setting_ > 0 && of_fluid.live() &&
+      !same_as_fluid(viscosity_setting_, of_fluid.get()))
+    stop_run(lmp, fmt::format("{}: viscosity is {:g}, and the fluid's is {:g} (its density times "
+                              "fluid.kinematic_viscosity); leave the keyword out",
+                              style_name, viscosity_setting_, of_fluid.get()));
   viscosity_ = viscosity_setting_ > 0 ? FluidValue::constant(viscosity_setting_)
                                       : FluidValue::find(lmp, "viscosity", "fluidViscosity");
   fluid_cell_ = FluidValue::find(lmp, "cell_size", "fluidCellSize");
@@ -136,6 +143,8 @@ void FixLubrication::tell_range() const {
 }
 
 void FixLubrication::init() {
+  refuse_neighbor_multi(lmp, style_name);
+  refuse_clumps(lmp, style_name);
   mobility_ = Mobility(lmp);
   contact_observers_.check_pairs(lmp, style_name);
   refuse_newton(lmp, style_name);

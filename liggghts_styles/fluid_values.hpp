@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <span>
 #include <string_view>
 
@@ -33,6 +34,11 @@ class FluidValue {
   double value_ = 0;
   bool given_ = false;
 };
+
+/// Whether a number that the script states for use without a fluid is the fluid's.
+inline bool same_as_fluid(double stated, double of_fluid) {
+  return std::abs(stated - of_fluid) <= 1e-6 * std::abs(of_fluid);
+}
 
 /// λ of the fluid's step and loops (formulas/diffusion_number.hpp), which may change; the usual one
 /// where step, viscosity, density or cell are not known.

@@ -14,6 +14,7 @@
 #include "liggghts_styles/gravity_fixes.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/liggghts.hpp"
+#include "liggghts_styles/lost_contacts.hpp"
 #include "liggghts_styles/material_values.hpp"
 #include "liggghts_styles/mobility.hpp"
 #include "liggghts_styles/model_scale.hpp"
@@ -113,6 +114,8 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     settle_settings();
     viscosity_ = bedload::find_viscosity(lmp);
     lubrication_ = bedload::find_lubrication(lmp);
+    bedload::refuse_neighbor_multi(lmp, "normal model actm");
+    bedload::refuse_clumps(lmp, "normal model actm");
     mobility_ = bedload::Mobility(lmp);
     gravity_known_ = false;
   }
@@ -132,14 +135,16 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     // Where the integrator asks again for the forces of a step that was made (start of a run,
     // output), it gets what was applied; asked for them at a step not made, the contact is read
     // only.
-    // Shipped tangential and rolling models scale with the normal stiffness: they get the secant
-    // stiffness and the damping, the tangential ones by the usual 2/7.
+    // Tangential and rolling models scale with the normal stiffness: they get the secant stiffness,
+    // by which kn times the overlap is the spring's force as with hertz and hooke, and the damping,
+    // the tangential ones by the usual 2/7.
     double force = 0;
     if (advancing) {
       force = advance(s, h, now);
     } else {
       if (h.step == now && now > 0) force = h.force;
-      s.kn = h.stiffness * std::sqrt(std::max(0.0, s.deltan - h.birth_overlap));
+      s.kn = bedload::contact::actm_spring(h.stiffness, s.deltan - h.birth_overlap, h.hardening) /
+             s.deltan;
     }
 
     s.Fn = force;
@@ -226,7 +231,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
       const double middle = approach - 0.5 * done.force * update->dt / mass;
       h.lost += h.damping * middle * middle * update->dt;
     }
-    s.kn = done.secant_stiffness;
+    s.kn = done.spring / s.deltan;
     if (bedload::contact::hardening_force(h.hardening, s.deltan - h.birth_overlap) > 0)
       h.impact = 0;
     if (lubrication_ != nullptr) tell_film(s, now, h);

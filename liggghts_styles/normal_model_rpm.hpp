@@ -10,6 +10,7 @@
 #include "liggghts_styles/gravity_fixes.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/liggghts.hpp"
+#include "liggghts_styles/lost_contacts.hpp"
 #include "liggghts_styles/mobility.hpp"
 #include "liggghts_styles/model_scale.hpp"
 #include "liggghts_styles/wall_reach.hpp"
@@ -56,6 +57,8 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
   void postSettings(IContactHistorySetup*, ContactModelBase*) override {}
 
   void connectToProperties(PropertyRegistry& registry) override {
+    bedload::refuse_neighbor_multi(lmp, style);
+    bedload::refuse_clumps(lmp, style);
     mobility_ = bedload::Mobility(lmp);
     if (modify->find_fix_style_strict("gravity", 0) == nullptr) {
       bedload::stop_run(lmp,

@@ -10,6 +10,7 @@
 #include "liggghts_styles/formulas/haff_werner.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/liggghts.hpp"
+#include "liggghts_styles/lost_contacts.hpp"
 #include "liggghts_styles/material_values.hpp"
 #include "liggghts_styles/mobility.hpp"
 #include "liggghts_styles/model_scale.hpp"
@@ -97,6 +98,8 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     if (sticks()) bedload::tell_scale(lmp, stick_age_, fluid_step_);
     viscosity_ = bedload::find_viscosity(lmp);
     kept_for_dt_ = 0;  // the script may have changed the viscosity since the run before
+    bedload::refuse_neighbor_multi(lmp, "tangential model haff_werner");
+    bedload::refuse_clumps(lmp, "tangential model haff_werner");
     mobility_ = bedload::Mobility(lmp);
   }
 
@@ -107,7 +110,7 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
                          ForceData& j_forces) override {
     const double slip[3] = {s.vtr1, s.vtr2, s.vtr3};
     const double mass = mobility_.all_free() ? s.meff : effective_mass(s);
-    act(s, s.en, slip, std::abs(s.Fn), s.kt, mass, s.cri, s.is_wall ? 0.0 : s.crj, i_forces,
+    act(s, s.en, slip, pressing_force(s), s.kt, mass, s.cri, s.is_wall ? 0.0 : s.crj, i_forces,
         j_forces);
   }
 
@@ -138,6 +141,14 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
   }
 
  private:
+  /// The normal force that friction rests on [N]: the spring's, kn δ. Over a collision the damping
+  /// has no impulse, ∫ d (dδ/dt) dt = 0, so that friction of a contact that slides gets μ times the
+  /// normal impulse. With μ |F_n| it would rub at the end, too, where the damping pulls.
+  static double pressing_force(const SurfacesIntersectData& s) {
+    if (s.gamman == 0) return std::abs(s.Fn);  // nothing but a spring, as rpm
+    return s.Fn == 0 ? 0.0 : s.kn * s.deltan;  // none where a model has cut off the pull
+  }
+
   /// Reduced mass, with held partners and walls infinitely heavy; 0 if nothing can move [kg].
   double effective_mass(const SurfacesCloseData& s) const {
     const double inverse = mobility_.inverse_mass(*atom, s.i, s.is_wall ? -1 : s.j);

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "liggghts_styles/keywords.hpp"
@@ -26,6 +28,11 @@ template struct PrivateMember<SettingsByName, &Settings::settings>;
 class UnknownSetting : public Setting {
  public:
   static constexpr const char* last = "~";
+  static constexpr std::string_view models[] = {"model", "tangential", "cohesion",
+                                                "rolling_friction", "surface"};
+  /// Of a fix wall/gran.
+  static constexpr std::string_view wall_words[] = {
+      "primitive", "mesh", "shear", "temperature", "store_force", "store_force_contact"};
 
   explicit UnknownSetting(const std::map<std::string, Setting*>& known) : Setting(last, 0) {
     for (const auto& [name, setting] : known) names_.push_back(name);
@@ -33,12 +40,17 @@ class UnknownSetting : public Setting {
 
   int parseArguments(char** words) override {
     const std::string found(words[0]);
-    constexpr const char* models[] = {"model", "tangential", "cohesion", "rolling_friction",
-                                      "surface"};
-    error_message =
-        std::count(std::begin(models), std::end(models), found) > 0
-            ? "'" + found + "' has to stand in front of the keywords of the contact models"
-            : "contact models: " + unknown_keyword(found, names_);
+    const auto is_one_of = [&](std::span<const std::string_view> words) {
+      return std::ranges::count(words, found) > 0;
+    };
+    if (is_one_of(models))
+      error_message = "'" + found +
+                      "' comes too late: model, tangential, cohesion, rolling_friction and surface "
+                      "stand in this order, in front of the models' keywords";
+    else if (is_one_of(wall_words))
+      error_message = "'" + found + "' has to stand in front of the contact models' keywords";
+    else
+      error_message = "contact models: " + unknown_keyword(found, names_);
     return -1;
   }
   void print_value(FILE*) override {}

@@ -27,6 +27,7 @@
 #include "lammps.h"
 #include "liggghts_styles/contact_observers.hpp"
 #include "liggghts_styles/keywords.hpp"
+#include "liggghts_styles/lost_contacts.hpp"
 #include "modify.h"
 #include "neighbor.h"
 #include "output.h"
@@ -81,7 +82,9 @@ void CoupledRun::run(int narg, char** arg) {
 
   fluid->set_time_step(fluid->fluid_time_step());
   fluid->allow_run(true);
-  refuse_clumps(lmp);
+  refuse_clumps(lmp, "fix couple/fluid");
+  refuse_neighbor_multi(lmp, "fix couple/fluid");
+  compare_with_fluid(lmp);
   refuse_triclinic(lmp);
   refuse_newton(lmp, "fix couple/fluid");
   fluid->check_before_run();

@@ -18,6 +18,7 @@
 #include "force.h"
 #include "lammps.h"
 #include "liggghts_styles/find_fix.hpp"
+#include "liggghts_styles/fluid_values.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/private_access.hpp"
 #include "modify.h"
@@ -38,12 +39,25 @@ int inserting_fixes(LAMMPS_NS::LAMMPS* lmp) {
   }));
 }
 
-void refuse_clumps(LAMMPS_NS::LAMMPS* lmp) {
-  if (const auto* const clumps = find_fix_if(*lmp->modify, begins("multisphere")))
+void compare_with_fluid(LAMMPS_NS::LAMMPS* lmp) {
+  const auto stated = [&](std::string_view property) {
+    return FluidValue::find(lmp, "", property);
+  };
+  const auto of_fluid = [&](std::string_view key) { return FluidValue::find(lmp, key, "").get(); };
+  const FluidValue cell = stated("fluidCellSize"), step = stated("fluidTimeStep");
+  if (cell.known() && !same_as_fluid(cell.get(), of_fluid("cell_size")))
     stop_run(lmp,
-             fmt::format("fix couple/fluid: fix {} (id {}) makes clumps, and bedload has spheres "
-                         "only: each would be loaded and moved by itself",
-                         clumps->style, clumps->id));
+             fmt::format("fix couple/fluid: property/global fluidCellSize is {:g}, and the fluid's "
+                         "cells are {:g} wide (grid.length over grid.cells); they have to be the "
+                         "same, or leave the property out",
+                         cell.get(), of_fluid("cell_size")));
+  if (step.known() && !same_as_fluid(step.get(), of_fluid("dt_fluid")) && lmp->comm->me == 0)
+    lmp->error->warning(
+        FLERR,
+        fmt::format("fix couple/fluid: property/global fluidTimeStep is {:g}, which does not "
+                    "count beside a fluid: its step is {:g}",
+                    step.get(), of_fluid("dt_fluid"))
+            .c_str());
 }
 
 void refuse_triclinic(LAMMPS_NS::LAMMPS* lmp) {

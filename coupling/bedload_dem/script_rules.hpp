@@ -9,9 +9,9 @@ namespace bedload {
 /// How many fixes may insert spheres while a run goes on.
 int inserting_fixes(LAMMPS_NS::LAMMPS* lmp);
 
-/// Ends the job where the script holds spheres together by a fix multisphere: loads would move each
-/// of them alone.
-void refuse_clumps(LAMMPS_NS::LAMMPS* lmp);
+/// Ends the job where the script's property fluidCellSize is not the fluid's, and warns where its
+/// fluidTimeStep is not, which may change from step to step.
+void compare_with_fluid(LAMMPS_NS::LAMMPS* lmp);
 
 /// Ends the job where the box of the script is triclinic, which the fluid's is not.
 void refuse_triclinic(LAMMPS_NS::LAMMPS* lmp);

@@ -5,15 +5,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <utility>
 
 #include "coupling/exchange/stages.hpp"
 #include "fluid/channel/runge_kutta.hpp"
+#include "fluid/grid/at_end_of_stage.hpp"
 #include "fluid/grid/block_map.hpp"
 #include "fluid/grid/diffusion_limit.hpp"
-#include "fluid/grid/out_of_overlap.hpp"
 #include "fluid/settings/errors.hpp"
 #include "fluid/statistics/sphere_layer.hpp"
 #include "fluid/validation/validate.hpp"
@@ -39,14 +41,14 @@ Simulation<Real>::Phases::Phases(Timing& timing, bool spheres, bool coupled) {
 template <class Real>
 Simulation<Real>::Simulation(const Settings& settings, MPI_Comm comm, FluidSide* partner,
                              std::span<const SphereState> spheres, const Cuts& cuts)
-    : channel_(settings, comm, out_of_overlap(make_grid(settings), spheres), cuts),
+    : channel_(settings, comm, at_end_of_stage(make_grid(settings), spheres, 0.0), cuts),
       partner_(partner),
       phases_(timing_, partner != nullptr || channel_.immersed_boundary() != nullptr,
               partner != nullptr),
       changes_(channel_.grid()) {
   const BlockMap blocks = block_map(channel_.grid(), channel_.decomposition());
   for (const SphereState& s : spheres)
-    if (blocks.is_near(channel_.decomposition().rank(), s.position, s.radius))
+    if (s.mobile || blocks.is_near(channel_.decomposition().rank(), s.position, s.radius))
       spheres_.push_back(s);
   changes_.update(spheres_);
   count_spheres();
@@ -82,9 +84,13 @@ void Simulation<Real>::count_spheres() {
 template <class Real>
 void Simulation<Real>::make_step(bool last) {
   begin_step();
+  if (partner_ && !std::exchange(under_way_, true)) {  // as a stage before would have left them
+    std::ranges::copy_if(spheres_, std::back_inserter(motion_.mobile), &SphereState::mobile);
+    timing_.measure(phases_.markers, [&] { place_spheres(channel_.last_time_step()); });
+  }
   if (partner_ && partner_->renewal_due()) {
     motion_.mobile = timing_.measure(phases_.waiting, [&] { return partner_->receive_renewed(); });
-    timing_.measure(phases_.markers, [&] { move_spheres(); });
+    timing_.measure(phases_.markers, [&] { move_spheres(channel_.last_time_step()); });
   }
   for (int stage = 0; stage < stage_count; ++stage) {
     if (energy_) energy_->begin_stage(channel_.velocity(), stage);
@@ -111,7 +117,7 @@ void Simulation<Real>::make_step(bool last) {
     end_stage(stage);
     if (!exchange) continue;
     motion_ = timing_.measure(phases_.waiting, [&] { return partner_->receive_motion(); });
-    timing_.measure(phases_.markers, [&] { move_spheres(); });
+    timing_.measure(phases_.markers, [&] { move_spheres(channel_.time_step()); });
     take_note();
   }
   timing_.measure(phases_.closing, [&] {
@@ -142,11 +148,19 @@ void Simulation<Real>::end_stage(int stage) {
 }
 
 template <class Real>
-void Simulation<Real>::move_spheres() {
+void Simulation<Real>::move_spheres(double dt) {
   std::erase_if(spheres_, [](const SphereState& s) { return s.mobile; });
   spheres_.insert(spheres_.end(), motion_.mobile.begin(), motion_.mobile.end());
   validate(channel_.settings(), spheres_, changes_.update(motion_.mobile));
-  channel_.move_spheres(out_of_overlap(channel_.grid(), motion_.mobile));
+  place_spheres(dt);
+}
+
+/// For the coming stage. `dt` is the step that was made last, which a restart knows; with time.cfl
+/// the coming one may be another.
+template <class Real>
+void Simulation<Real>::place_spheres(double dt) {
+  const double stage = runge_kutta[static_cast<std::size_t>(channel_.next_stage())].two_alpha * dt;
+  channel_.move_spheres(at_end_of_stage(channel_.grid(), motion_.mobile, stage));
 }
 
 /// LIGGGHTS never hears of a load that is no number.

@@ -81,7 +81,8 @@ class Simulation {
   Vec3 buoyancy(const SphereState& sphere) const;
   void begin_step();
   void end_stage(int stage);
-  void move_spheres();
+  void move_spheres(double dt);
+  void place_spheres(double dt);
   void check_loads() const;
   void check_momentum() const;
   void add_to_mean(int stage);
@@ -100,6 +101,7 @@ class Simulation {
   std::vector<GrainInterval> grain_intervals_;
   std::vector<SphereState> spheres_;
   std::vector<SphereLoad> loads_;                  ///< of the present stage, of spheres here
+  bool under_way_ = false;                         ///< a step was made
   Motion motion_;                                  ///< what LIGGGHTS answered
   std::map<std::int64_t, SphereLoad> mean_loads_;  ///< by tag, of the last step so far
   std::vector<SphereLoad> fixed_impulses_;         ///< on the fluid in the last step, this rank's

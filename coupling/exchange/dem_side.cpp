@@ -92,7 +92,7 @@ void DemSide::confirm_checkpoint() {
 void DemSide::send_motion(MotionHeader header, std::span<const StateRecord> spheres) {
   std::vector<std::vector<StateRecord>> records(partners_.size());
   for (const StateRecord& sphere : spheres)
-    blocks_.near(vec3(sphere.position), reach_of(sphere), [&](int fluid) {
+    blocks_.near(vec3(sphere.position), reach_of(sphere, blocks_.h), [&](int fluid) {
       const auto partner = std::lower_bound(partners_.begin(), partners_.end(), fluid);
       if (partner == partners_.end() || *partner != fluid)
         throw UserError(fmt::format(

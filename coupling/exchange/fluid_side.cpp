@@ -145,7 +145,7 @@ PartnerScene FluidSide::meet() {
 std::vector<SphereState> FluidSide::share_out(const BlockMap& blocks) {
   std::vector<std::vector<OwnedSphere>> near(static_cast<std::size_t>(job_.size()));
   for (const OwnedSphere& sphere : std::exchange(told_, {}))
-    blocks.near(vec3(sphere.record.position), reach_of(sphere.record),
+    blocks.near(vec3(sphere.record.position), reach_of(sphere.record, blocks.h),
                 [&](int block) { near[static_cast<std::size_t>(block)].push_back(sphere); });
   std::vector<SphereState> spheres;
   for (const OwnedSphere& sphere : send_to_ranks(job_.own(), near)) {

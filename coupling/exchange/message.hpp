@@ -177,8 +177,11 @@ inline SphereState sphere_state(const StateRecord& r) {
   return {r.tag,         vec3(r.position), vec3(r.velocity), vec3(r.spin), r.radius,
           r.mobile != 0, r.density,        vec3(r.overlap),  r.is_new != 0};
 }
-/// Radius around its centre within which the fluid may look for a sphere [L].
-inline double reach_of(const StateRecord& r) { return r.radius + vec3(r.overlap).norm(); }
+/// Radius around its centre within which the fluid may look for a sphere [L]: it sees it where it
+/// will be at the end of a stage, out of its overlap, at most a cell further.
+inline double reach_of(const StateRecord& r, double cell) {
+  return r.radius + vec3(r.overlap).norm() + (vec3(r.velocity).isZero(0.0) ? 0.0 : cell);
+}
 
 inline LoadRecord load_record(const SphereLoad& l) {
   return {l.tag, triple(l.force), triple(l.torque)};

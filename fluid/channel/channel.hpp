@@ -60,6 +60,7 @@ class Channel {
   double time_step() const { return dt_; }
   /// Length of the step made last [T].
   double last_time_step() const { return dt_made_; }
+  int next_stage() const { return next_stage_; }
   /// Momentum predictor u* of one Runge-Kutta stage, of the planes that markers reach, or of
   /// `all_planes` for who looks at u* or changes it; the others go with project().
   void predict(int stage, bool all_planes = false);

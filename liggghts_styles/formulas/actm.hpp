@@ -56,11 +56,17 @@ inline double elastic_energy(double stiffness, double overlap) {
   return 0.4 * stiffness * overlap * overlap * std::sqrt(overlap);
 }
 
-/// Force of a step [N], secant stiffness of the spring k δ^{1/2} [N/m], and whether the contact
-/// ends with this step.
+/// Force of the spring S = k δ^{3/2} + H(δ) [N].
+/// @param overlap δ [m], none below 0  @param hardening H of actm_hardening.hpp
+inline double actm_spring(double stiffness, double overlap, const ActmHardening& hardening = {}) {
+  if (overlap <= 0) return 0;
+  return stiffness * overlap * std::sqrt(overlap) + hardening_force(hardening, overlap);
+}
+
+/// Force of a step [N], the spring's part of it [N], and whether the contact ends with this step.
 struct ActmStep {
   double force;
-  double secant_stiffness;
+  double spring;
   bool last;
 };
 
@@ -83,20 +89,19 @@ struct ActmStep {
 /// rounding of W leaves a trace of overlap at the next step
 inline ActmStep actm_step(const ActmCoefficients& c, double overlap, double approach, double mass,
                           double dt, bool first_step, const ActmHardening& hardening = {}) {
-  const double secant = c.stiffness * std::sqrt(overlap);
-  const double spring = secant * overlap + hardening_force(hardening, overlap);
+  const double spring = actm_spring(c.stiffness, overlap, hardening);
   const double kick = dt / mass;
   const auto force = [&](double part) {
     return (spring + part * c.damping * approach) / (1 + 0.5 * part * c.damping * kick);
   };
   if (first_step) {
     const double travel = approach * dt;
-    return {force(0.5 + (overlap < travel ? overlap / travel : 1.0)), secant, false};
+    return {force(0.5 + (overlap < travel ? overlap / travel : 1.0)), spring, false};
   }
   const double whole = force(1.0);
   const double departure = -(approach - whole * kick) * dt;  // way apart in the coming step
-  if (overlap < departure) return {force(0.5 + overlap / departure), secant, true};
-  return {whole, secant, false};
+  if (overlap < departure) return {force(0.5 + overlap / departure), spring, true};
+  return {whole, spring, false};
 }
 
 }  // namespace bedload::contact

@@ -9,6 +9,7 @@
 /// Powder Technol. 48 (1986):
 ///     F_t = -min(d_t |g_t|, μ |F_n|) t
 /// with g_t the relative tangential velocity at the contact point, spins included. No memory.
+/// F_n is taken without its damping part here, whose impulse over a collision is zero.
 ///
 /// Symbols: d_t tangential damping [kg/s]; μ friction coefficient [-]; F_n normal force [N];
 /// M_t [kg] the mass that a tangential force at the contact point feels,

@@ -20,6 +20,16 @@ UNHEARD = f"fix floor all wall/gran {HERTZ} rolling_friction cdt primitive type 
 HEARD = f"fix floor all wall/gran {HERTZ} primitive type 1 yplane -0.05"
 MEETING = [Sphere((0.0, 0.0, 0.0), diameter=0.01), Sphere((0.0, 0.00999, 0.0), (0.0, -0.1, 0.0), diameter=0.01)]
 
+CLUMPS = [
+    "fix two all particletemplate/multisphere 15485863 atom_type 1 density constant 2500 nspheres 2 ntry 100000 "
+    "spheres 0.0 0.0 0.0 0.004 0.005 0.0 0.0 0.004 type 1",
+    "fix mixture all particledistribution/discrete 32452843 1 two 1.0",
+    "region middle block -0.02 0.02 -0.03 0.03 -0.02 0.02 units box",
+    "fix insert all insert/pack seed 49979687 distributiontemplate mixture insert_every once overlapcheck yes "
+    "particles_in_region 1 region middle",
+    "fix clumps all multisphere",
+]
+
 # Per case: what differs from a good scene, and words of the sentence: what is wrong, what was found,
 # what is allowed or missing.
 CASES = {
@@ -207,6 +217,19 @@ CASES = {
     "table in no folder": (
         dict(lines=["fix t all collision/table file nowhere/t.csv"]),
         ["cannot write the file 'nowhere/t.csv'"],
+    ),
+    "a list that finds no contacts": (
+        dict(lines=["neighbor 1e-3 multi"]),
+        ["'neighbor ... multi' finds no contacts", "write 'neighbor 0.001 bin'"],
+    ),
+    "clumps": (dict(lines=CLUMPS), ["normal model actm: fix multisphere (id clumps) makes clumps", "spheres only"]),
+    "a wall's word behind those of the models": (
+        dict(lines=["fix w all wall/gran model actm primitive type 1 yplane -0.05 collisionSteps 9 shear x 1.0"]),
+        ["'shear' has to stand in front of the contact models' keywords"],
+    ),
+    "models in another order": (
+        dict(contact="model actm rolling_friction off cohesion off"),
+        ["'cohesion' comes too late", "tangential, cohesion, rolling_friction and surface stand in this order"],
     ),
     "wall settings": (
         dict(

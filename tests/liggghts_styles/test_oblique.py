@@ -6,13 +6,14 @@ import pytest
 from liggghts_script import Scene, Sphere, read_table
 
 E, MU = 0.83, 0.125
+RESTITUTIONS = (E, 0.5, 0.1)  # the lower, the harder the damping pulls at a collision's end
 R, RHO = 1.59e-3, 2500.0
 U = 0.1  # normal impact speed [m/s]
 STEP = 2e-5  # fluid step [s]: overlap below 0.005 R, so that arms are R
 TANGENTS = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0, 8.0]  # Ψ_in = g_t/U at impact
 
 
-def impacts(folder, contact, settings=""):
+def impacts(folder, contact, settings="", restitution=E):
     """Ψ_in and Ψ_out = g_t,out / U at the contact point, and the end state."""
     rng = np.random.default_rng(3)
     spheres = []
@@ -23,7 +24,7 @@ def impacts(folder, contact, settings=""):
     scene = Scene(
         spheres,
         box=((-0.5, 0.5), (-0.01, 0.1), (-0.5, 0.5)),
-        restitution=E,
+        restitution=restitution,
         friction=MU,
         fluid_step=STEP,
         contact=contact,
@@ -37,28 +38,31 @@ def impacts(folder, contact, settings=""):
     return np.repeat(TANGENTS, 4), slip / U, end
 
 
-@pytest.fixture(scope="module")
-def done(tmp_path_factory):
+@pytest.fixture(scope="module", params=RESTITUTIONS)
+def done(tmp_path_factory, request):
     folder = tmp_path_factory.mktemp("oblique")
-    return *impacts(folder, "model actm tangential haff_werner"), folder
+    contact = "model actm tangential haff_werner"
+    return request.param, *impacts(folder, contact, restitution=request.param), folder
 
 
-SLIDING = 3.5 * MU * (1 + E)  # Ψ that friction takes away while the contact slides
+def sliding(restitution):
+    """Ψ that friction takes away while the contact slides."""
+    return 3.5 * MU * (1 + restitution)
 
 
 def test_sliding_branch(done):
-    """Ψ_out = Ψ_in - 3.5 μ (1 + e), within 2 % of the change; without friction the change is 0, with
-    the torque left out 2/7 of it."""
-    psi_in, psi_out, _, _ = done
-    far = psi_in >= 2 * SLIDING
+    """Ψ_out = Ψ_in - 3.5 μ (1 + e), within 0.5 % of the change; without friction the change is 0, with
+    the torque left out 2/7 of it, with friction in what the damping pulls 1.3, 10 and 35 % larger."""
+    restitution, psi_in, psi_out, _, _ = done
+    far = psi_in >= 2 * sliding(restitution)
     assert np.count_nonzero(far) >= 12
-    assert psi_in[far] - psi_out[far] == pytest.approx(SLIDING, rel=0.02)
+    assert psi_in[far] - psi_out[far] == pytest.approx(sliding(restitution), rel=0.005)
 
 
 def test_rolling_afterwards(done):
     """Where friction suffices, the sphere leaves rolling, |Ψ_out| << Ψ_in, and never turned back."""
-    psi_in, psi_out, _, _ = done
-    near = psi_in <= 0.5 * SLIDING
+    restitution, psi_in, psi_out, _, _ = done
+    near = psi_in <= 0.5 * sliding(restitution)
     assert np.count_nonzero(near) >= 8
     # The arm of the force is R - δ/2, this measure takes R: δ/(2R) < 0.0025 of the spin.
     assert np.all(psi_out[near] >= -0.0025 * psi_in[near])
@@ -67,16 +71,16 @@ def test_rolling_afterwards(done):
 
 def test_impulses_in_the_table(done):
     """m Δu is the impulse in both directions, and tangential over normal is μ where it slid."""
-    psi_in, _, end, folder = done
+    restitution, psi_in, _, end, folder = done
     table = read_table(folder / "table.csv")
     order = np.argsort(table["tag_i"])
     mass = Sphere((0, 0, 0), diameter=2 * R, density=RHO).mass
     tangential = table["impulse_tangential"][order]
     assert tangential == pytest.approx(mass * (psi_in * U - end.v[:, 0]), rel=1e-9)
     assert table["impulse_normal"][order] == pytest.approx(mass * (end.v[:, 1] + U), rel=1e-9)
-    far = psi_in >= 2 * SLIDING
+    far = psi_in >= 2 * sliding(restitution)
     ratio = tangential[far] / table["impulse_normal"][order][far]
-    assert ratio == pytest.approx(MU, rel=0.02)
+    assert ratio == pytest.approx(MU, rel=0.005)
     assert table["impact_speed_tangential"][order] == pytest.approx(psi_in * U, rel=1e-9)
 
 
@@ -94,7 +98,7 @@ def test_any_damping_is_stable(tmp_path, damping):
     psi_in, psi_out, _ = impacts(
         tmp_path, "model actm tangential haff_werner", f"tangentialDamping {damping}"
     )
-    near = psi_in <= 0.5 * SLIDING
+    near = psi_in <= 0.5 * sliding(E)
     assert np.all(psi_out >= -0.0025 * psi_in)  # arms, see above
     if damping == "1e6":
         assert np.max(psi_out[near]) < 1e-9

@@ -145,7 +145,8 @@ void run(Job& job, const Options& o) {
   const BlockMap blocks = blocks_of(o, job.size());
   const auto is_home = [&](const SphereState& s) { return blocks.home(s.position) == job.rank(); };
   const auto is_near = [&](const SphereState& s) {
-    return blocks.is_near(job.rank(), s.position, s.radius + s.overlap.norm());
+    const double ahead = s.velocity.isZero(0.0) ? 0.0 : blocks.h;  // on its way through a stage
+    return blocks.is_near(job.rank(), s.position, s.radius + s.overlap.norm() + ahead);
   };
   const std::vector<SphereState> started = side.share_out(blocks);
   std::vector<SphereState> mine;

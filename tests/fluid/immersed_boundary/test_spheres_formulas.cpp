@@ -9,7 +9,7 @@
 #include <numeric>
 #include <vector>
 
-#include "fluid/grid/out_of_overlap.hpp"
+#include "fluid/grid/at_end_of_stage.hpp"
 #include "fluid/grid/sphere_bins.hpp"
 #include "fluid/immersed_boundary/deferred_share.hpp"
 #include "fluid/immersed_boundary/dispersion_correction.hpp"
@@ -39,18 +39,27 @@ TEST(RomaKernel, HasItsMomentsAtEverySubCellPosition) {
   EXPECT_NEAR(roma_kernel(1.0), 1.0 / 6.0, round_off);
 }
 
-// Bit for bit where nothing overlaps: such spheres count as not moved.
-TEST(OutOfOverlap, PutsSpheresWhereTheyTouchInsideTheBox) {
+// Bit for bit where nothing overlaps and nothing moves: such spheres count as not moved.
+TEST(AtEndOfStage, PutsSpheresWhereTheyWillBeInsideTheBox) {
   Grid grid;
   grid.length = {4.0, 2.0, 3.0};
   grid.walls[1] = {Wall::no_slip, Wall::no_slip};
   const std::vector<SphereState> spheres{
       {.tag = 1, .position = {0.1, 0.45, 2.9}, .radius = 0.5, .overlap = {0.2, -0.05, -0.3}},
-      {.tag = 2, .position = {0.1, 0.7, 0.1}, .radius = 0.5}};
-  const std::vector<SphereState> seen = out_of_overlap(grid, spheres);
-  EXPECT_LT((seen[0].position - Vec3(3.9, 0.5, 0.2)).norm(), round_off);
+      {.tag = 2, .position = {0.1, 0.7, 0.1}, .radius = 0.5},
+      {.tag = 3, .position = {3.9, 1.0, 1.0}, .velocity = {2.0, -1.0, 0.5}, .radius = 0.5},
+      {.tag = 4,
+       .position = {1.0, 0.45, 1.0},
+       .velocity = {2.0, -1.0, 0.5},
+       .radius = 0.5,
+       .overlap = {0.0, -0.05, 0.0}}};
+  const std::vector<SphereState> seen = at_end_of_stage(grid, spheres, 0.1);
+  EXPECT_LT((seen[0].position - Vec3(3.9, 0.5, 0.2)).norm(), round_off) << "where it touches";
   EXPECT_EQ(seen[0].overlap, Vec3::Zero());
   EXPECT_EQ(seen[1].position, spheres[1].position);
+  EXPECT_LT((seen[2].position - Vec3(0.1, 0.9, 1.05)).norm(), round_off) << "on its way";
+  EXPECT_LT((seen[3].position - Vec3(1.2, 0.5, 1.05)).norm(), round_off)
+      << "along what it touches, no further into it";
 }
 
 TEST(DeferredShare, EndsTheAnswerOfAddedMassInOneStageAndSwingsForNoDensity) {
