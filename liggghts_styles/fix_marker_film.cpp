@@ -54,8 +54,8 @@ void FixMarkerFilm::init() {
                          ? "the pairs' contact model is none that bedload knows (actm, rpm, hertz "
                            "or hooke)"
                          : "there is no pair_style") +
-             ", so that spheres that slide or roll on each other lack what the fluid's markers "
-             "leave to the contact model to tell");
+             ", and only such a pair tells which spheres are close: those that slide or roll past "
+             "each other lack the part of the fluid's resistance that the grid leaves out");
   pairs_told_ = false;  // the next run's have to report again
 }
 

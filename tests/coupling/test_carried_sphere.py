@@ -25,7 +25,7 @@ def fall(folder, step):
 
 
 def test_markers_stand_where_their_sphere_will_be(tmp_path):
-    """It passes half a cell in a step. 0.06 % between a step and a quarter of it; markers that lag by a stage sink 2.3 %
-    less in the longer one, markers two stages ahead more by as much."""
+    """It passes half a cell in a step. 0.06 % between a step and a quarter of it; markers that lag by a stage sink
+    2.3 % less in the longer one, markers two stages ahead more by as much."""
     step = 0.5 / 6 / 4.5
     assert fall(tmp_path / "whole", step) == pytest.approx(fall(tmp_path / "quarter", step / 4), rel=5e-3)
