@@ -135,21 +135,21 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     // Where the integrator asks again for the forces of a step that was made (start of a run,
     // output), it gets what was applied; asked for them at a step not made, the contact is read
     // only.
-    // Tangential and rolling models scale with the normal stiffness: they get the secant stiffness,
-    // by which kn times the overlap is the spring's force as with hertz and hooke, and the damping,
-    // the tangential ones by the usual 2/7.
+    // kn times the overlap is the spring's force, as with hertz and hooke. Tangential and rolling
+    // models scale with the normal stiffness: they get 2/7 of the secant stiffness, hardening
+    // aside, and of the damping.
     double force = 0;
     if (advancing) {
       force = advance(s, h, now);
     } else {
       if (h.step == now && now > 0) force = h.force;
-      s.kn = bedload::contact::actm_spring(h.stiffness, s.deltan - h.birth_overlap, h.hardening) /
-             s.deltan;
+      tell_stiffness(
+          s, h,
+          bedload::contact::actm_spring(h.stiffness, s.deltan - h.birth_overlap, h.hardening));
     }
 
     s.Fn = force;
     s.gamman = h.damping;
-    s.kt = 2.0 / 7.0 * s.kn;
     s.gammat = 2.0 / 7.0 * s.gamman;
 
     const double scale = s.is_wall ? s.area_ratio : 1.0;
@@ -194,11 +194,11 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     double load;
   };
 
-  /// One step of a contact: birth if there is none, force, memory of both. Sets s.kn.
+  /// One step of a contact: birth if there is none, force, memory of both. Sets s.kn and s.kt.
   [[gnu::always_inline]] double advance(SurfacesIntersectData& s, History& h, double now) {
     const double approach = -s.vn;
     const bool alive = h.stiffness > 0 && h.step == now - 1 && s.deltan > h.birth_overlap;
-    h.force = s.kn = 0;
+    h.force = s.kn = s.kt = 0;
     if (!alive) {
       h.stiffness = 0;
       if (approach <= 0) return 0;  // only approaching surfaces begin a contact
@@ -231,7 +231,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
       const double middle = approach - 0.5 * done.force * update->dt / mass;
       h.lost += h.damping * middle * middle * update->dt;
     }
-    s.kn = done.spring / s.deltan;
+    tell_stiffness(s, h, done.spring);
     if (bedload::contact::hardening_force(h.hardening, s.deltan - h.birth_overlap) > 0)
       h.impact = 0;
     if (lubrication_ != nullptr) tell_film(s, now, h);
@@ -239,6 +239,11 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     h.force = done.force;
     h.step = now;
     return h.force;
+  }
+
+  static void tell_stiffness(SurfacesIntersectData& s, const History& h, double spring) {
+    s.kn = spring / s.deltan;
+    s.kt = 2.0 / 7.0 * h.stiffness * std::sqrt(std::max(0.0, s.deltan - h.birth_overlap));
   }
 
   /// In a collision the film is over, but what the grid resolves of it is not. In an enduring

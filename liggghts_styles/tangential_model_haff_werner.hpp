@@ -110,8 +110,8 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
                          ForceData& j_forces) override {
     const double slip[3] = {s.vtr1, s.vtr2, s.vtr3};
     const double mass = mobility_.all_free() ? s.meff : effective_mass(s);
-    act(s, s.en, slip, pressing_force(s), s.kt, mass, s.cri, s.is_wall ? 0.0 : s.crj, i_forces,
-        j_forces);
+    act(s, s.en, slip, pressing_force(s, mass), s.kt, mass, s.cri, s.is_wall ? 0.0 : s.crj,
+        i_forces, j_forces);
   }
 
   void surfacesClose(SurfacesCloseData& s, ForceData& i_forces, ForceData& j_forces) override {
@@ -143,10 +143,15 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
  private:
   /// The normal force that friction rests on [N]: the spring's, kn δ. Over a collision the damping
   /// has no impulse, ∫ d (dδ/dt) dt = 0, so that friction of a contact that slides gets μ times the
-  /// normal impulse. With μ |F_n| it would rub at the end, too, where the damping pulls.
-  static double pressing_force(const SurfacesIntersectData& s) {
+  /// normal impulse. With μ |F_n| it would rub at the end, too, where the damping pulls. At rest
+  /// F_n is the load and the spring's force d Δt/(2 m) more, since damping acts in the middle of
+  /// the kick (formulas/actm.hpp).
+  double pressing_force(const SurfacesIntersectData& s, double mass) const {
     if (s.gamman == 0) return std::abs(s.Fn);  // nothing but a spring, as rpm
-    return s.Fn == 0 ? 0.0 : s.kn * s.deltan;  // none where a model has cut off the pull
+    if (s.Fn == 0) return 0;                   // where a model has cut off the pull
+    const double spring = s.kn * s.deltan;
+    const bool at_rest = std::abs(s.Fn - spring) * mass <= s.gamman * update->dt * spring;
+    return at_rest ? s.Fn : spring;
   }
 
   /// Reduced mass, with held partners and walls infinitely heavy; 0 if nothing can move [kg].

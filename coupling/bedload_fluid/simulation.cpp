@@ -84,7 +84,9 @@ void Simulation<Real>::count_spheres() {
 template <class Real>
 void Simulation<Real>::make_step(bool last) {
   begin_step();
-  if (partner_ && !std::exchange(under_way_, true)) {  // as a stage before would have left them
+  const bool begins = !std::exchange(under_way_, true);
+  if (partner_ && begins && channel_.step() > 0) {
+    // A restart places them as the stage before has left them.
     std::ranges::copy_if(spheres_, std::back_inserter(motion_.mobile), &SphereState::mobile);
     timing_.measure(phases_.markers, [&] { place_spheres(channel_.last_time_step()); });
   }

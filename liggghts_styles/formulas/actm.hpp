@@ -63,7 +63,7 @@ inline double actm_spring(double stiffness, double overlap, const ActmHardening&
   return stiffness * overlap * std::sqrt(overlap) + hardening_force(hardening, overlap);
 }
 
-/// Force of a step [N], the spring's part of it [N], and whether the contact ends with this step.
+/// Force of a step [N]; the spring's, S [N]; whether the contact ends with this step.
 struct ActmStep {
   double force;
   double spring;

@@ -290,4 +290,4 @@ def test_no_contacts_no_markers_films(tmp_path):
                            numbers="%.15g " * 3)  # fmt: skip
     result = coupled(tmp_path, script)
     assert result.status == 0, result.output
-    assert "there is no pair_style, so that spheres that slide or roll" in result.output
+    assert "there is no pair_style, and only such a pair tells which spheres are close" in result.output

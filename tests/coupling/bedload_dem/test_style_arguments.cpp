@@ -240,7 +240,7 @@ TEST_F(StyleArguments, OfSeveralModels) {
   expect_refused(pair + " collisionSteps 8 torsionTorqe on",
                  {"'torsionTorqe'", "the nearest is 'torsionTorque'"});
   expect_refused("pair_style gran model actm collisionSteps 8 tangential haff_werner",
-                 {"'tangential' has to stand in front of the keywords"});
+                 {"'tangential' comes too late"});
   expect_refused("pair_style gran model rpm collisionSteps 8 criticalStokes 5",
                  {"'criticalStokes'", "range", "strength"});
 }

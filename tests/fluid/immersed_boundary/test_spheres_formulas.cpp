@@ -42,6 +42,7 @@ TEST(RomaKernel, HasItsMomentsAtEverySubCellPosition) {
 // Bit for bit where nothing overlaps and nothing moves: such spheres count as not moved.
 TEST(AtEndOfStage, PutsSpheresWhereTheyWillBeInsideTheBox) {
   Grid grid;
+  grid.h = 0.25;
   grid.length = {4.0, 2.0, 3.0};
   grid.walls[1] = {Wall::no_slip, Wall::no_slip};
   const std::vector<SphereState> spheres{
@@ -52,7 +53,8 @@ TEST(AtEndOfStage, PutsSpheresWhereTheyWillBeInsideTheBox) {
        .position = {1.0, 0.45, 1.0},
        .velocity = {2.0, -1.0, 0.5},
        .radius = 0.5,
-       .overlap = {0.0, -0.05, 0.0}}};
+       .overlap = {0.0, -0.05, 0.0}},
+      {.tag = 5, .position = {1.0, 1.0, 1.0}, .velocity = {0.0, 0.0, 30.0}, .radius = 0.5}};
   const std::vector<SphereState> seen = at_end_of_stage(grid, spheres, 0.1);
   EXPECT_LT((seen[0].position - Vec3(3.9, 0.5, 0.2)).norm(), round_off) << "where it touches";
   EXPECT_EQ(seen[0].overlap, Vec3::Zero());
@@ -60,6 +62,7 @@ TEST(AtEndOfStage, PutsSpheresWhereTheyWillBeInsideTheBox) {
   EXPECT_LT((seen[2].position - Vec3(0.1, 0.9, 1.05)).norm(), round_off) << "on its way";
   EXPECT_LT((seen[3].position - Vec3(1.2, 0.5, 1.05)).norm(), round_off)
       << "along what it touches, no further into it";
+  EXPECT_LT((seen[4].position - Vec3(1.0, 1.0, 1.25)).norm(), round_off) << "a cell at most";
 }
 
 TEST(DeferredShare, EndsTheAnswerOfAddedMassInOneStageAndSwingsForNoDensity) {
