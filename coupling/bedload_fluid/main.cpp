@@ -195,10 +195,12 @@ int simulate(Job& job, const FluidOptions& options, const Settings& settings, Fl
   }
   Simulation<Real> simulation(settings, job.own(), partner, spheres, cuts);
   spheres = {};
-  if (from)
+  if (from) {
     restore_flow(*from, simulation.channel());
-  else if (settings.start.from == Start::state)
+    simulation.resume();
+  } else if (settings.start.from == Start::state) {
     start_from_state(simulation.channel());
+  }
   const std::int64_t most = options.steps;
   std::int64_t left = count_steps(simulation.channel(), most);
   if (from && left == 0 && most != 0 && job.rank() == 0)

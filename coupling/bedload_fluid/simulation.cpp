@@ -9,7 +9,6 @@
 #include <limits>
 #include <memory>
 #include <numbers>
-#include <utility>
 
 #include "coupling/exchange/stages.hpp"
 #include "fluid/channel/runge_kutta.hpp"
@@ -84,12 +83,6 @@ void Simulation<Real>::count_spheres() {
 template <class Real>
 void Simulation<Real>::make_step(bool last) {
   begin_step();
-  const bool begins = !std::exchange(under_way_, true);
-  if (partner_ && begins && channel_.step() > 0) {
-    // A restart places them as the stage before has left them.
-    std::ranges::copy_if(spheres_, std::back_inserter(motion_.mobile), &SphereState::mobile);
-    timing_.measure(phases_.markers, [&] { place_spheres(channel_.last_time_step()); });
-  }
   if (partner_ && partner_->renewal_due()) {
     motion_.mobile = timing_.measure(phases_.waiting, [&] { return partner_->receive_renewed(); });
     timing_.measure(phases_.markers, [&] { move_spheres(channel_.last_time_step()); });
@@ -133,6 +126,13 @@ void Simulation<Real>::make_step(bool last) {
     }
   });
   check_momentum();
+}
+
+template <class Real>
+void Simulation<Real>::resume() {
+  if (!partner_) return;
+  std::ranges::copy_if(spheres_, std::back_inserter(motion_.mobile), &SphereState::mobile);
+  place_spheres(channel_.last_time_step());
 }
 
 template <class Real>

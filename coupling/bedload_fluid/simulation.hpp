@@ -31,6 +31,9 @@ class Simulation {
   Simulation(const Settings& settings, MPI_Comm comm, FluidSide* partner,
              std::span<const SphereState> spheres, const Cuts& cuts = {});
 
+  /// After a restart has restored the flow: places the spheres as the stage before has left them.
+  /// Collective.
+  void resume();
   /// One time step; `last`: none follows. Collective.
   void make_step(bool last);
 
@@ -101,7 +104,6 @@ class Simulation {
   std::vector<GrainInterval> grain_intervals_;
   std::vector<SphereState> spheres_;
   std::vector<SphereLoad> loads_;                  ///< of the present stage, of spheres here
-  bool under_way_ = false;                         ///< a step was made
   Motion motion_;                                  ///< what LIGGGHTS answered
   std::map<std::int64_t, SphereLoad> mean_loads_;  ///< by tag, of the last step so far
   std::vector<SphereLoad> fixed_impulses_;         ///< on the fluid in the last step, this rank's

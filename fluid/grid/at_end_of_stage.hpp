@@ -14,7 +14,7 @@ namespace bedload {
 /// where they only touch, at position - overlap, and from there on their way for `time` [T], the
 /// stage's length. The stage forces velocities at its end; markers that stood where the spheres
 /// were at its begin would lag by u dt, an error of first order in the step. A sphere in a
-/// collision goes no further into what it touches.
+/// collision goes no further into what it touches, and none further than a cell.
 inline std::vector<SphereState> at_end_of_stage(const Grid& grid,
                                                 std::span<const SphereState> spheres, double time) {
   std::vector<SphereState> there(spheres.begin(), spheres.end());
