@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "coupling/exchange/stages.hpp"
 #include "fluid/settings/errors.hpp"
 
 namespace bedload {
@@ -72,6 +73,8 @@ StageLoads DemSide::receive_loads() {
     unpack_items<LoadHeader>(bytes, stage.loads);
   }
   stopped_ = stage.header.order == Order::stop;
+  if (stage.header.order == Order::advance)
+    longest_stage_ = longest_stage_of_step * stage.header.fluid_time_step;
   if (stage.header.order == Order::checkpoint) {
     const Bytes bytes =
         receive(job_.partner(), source_rank(job_.rank(), job_.partner_size()), Subject::checkpoint);
@@ -92,16 +95,18 @@ void DemSide::confirm_checkpoint() {
 void DemSide::send_motion(MotionHeader header, std::span<const StateRecord> spheres) {
   std::vector<std::vector<StateRecord>> records(partners_.size());
   for (const StateRecord& sphere : spheres)
-    blocks_.near(vec3(sphere.position), reach_of(sphere, blocks_.h), [&](int fluid) {
-      const auto partner = std::lower_bound(partners_.begin(), partners_.end(), fluid);
-      if (partner == partners_.end() || *partner != fluid)
-        throw UserError(fmt::format(
-            "atom {} (radius {}) at ({:.6g}, {:.6g}, {:.6g}) reaches further out of its "
-            "processor's part of the box than was expected of the largest sphere at "
-            "the start; use fewer ranks for LIGGGHTS or a wider neighbor skin.",
-            sphere.tag, sphere.radius, sphere.position[0], sphere.position[1], sphere.position[2]));
-      records[static_cast<std::size_t>(partner - partners_.begin())].push_back(sphere);
-    });
+    blocks_.near(
+        vec3(sphere.position), reach_of(sphere, blocks_.h, longest_stage_), [&](int fluid) {
+          const auto partner = std::lower_bound(partners_.begin(), partners_.end(), fluid);
+          if (partner == partners_.end() || *partner != fluid)
+            throw UserError(fmt::format(
+                "atom {} (radius {}) at ({:.6g}, {:.6g}, {:.6g}) reaches further out of its "
+                "processor's part of the box than was expected of the largest sphere at "
+                "the start; use fewer ranks for LIGGGHTS or a wider neighbor skin.",
+                sphere.tag, sphere.radius, sphere.position[0], sphere.position[1],
+                sphere.position[2]));
+          records[static_cast<std::size_t>(partner - partners_.begin())].push_back(sphere);
+        });
   for (std::size_t n = 0; n < partners_.size(); ++n) {
     send_queue_.post(
         partners_[n], Subject::states,

@@ -3,6 +3,7 @@
 #include <mpi.h>
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -73,6 +74,8 @@ class DemSide {
   const Job& job_;
   SendQueue send_queue_;
   std::optional<FluidSceneInfo> scene_info_;
+  /// Of the last step that the fluid told of [T].
+  double longest_stage_ = std::numeric_limits<double>::infinity();
   BlockMap blocks_;            ///< of the fluid
   std::vector<int> partners_;  ///< ranks of the fluid, ascending
   std::string restart_file_, checkpoint_file_;

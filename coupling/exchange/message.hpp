@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -178,9 +180,12 @@ inline SphereState sphere_state(const StateRecord& r) {
           r.mobile != 0, r.density,        vec3(r.overlap),  r.is_new != 0};
 }
 /// Radius around its centre within which the fluid may look for a sphere [L]: it sees it where it
-/// will be at the end of a stage, out of its overlap, at most a cell further.
-inline double reach_of(const StateRecord& r, double cell) {
-  return r.radius + vec3(r.overlap).norm() + (vec3(r.velocity).isZero(0.0) ? 0.0 : cell);
+/// will be at the end of a stage, out of its overlap, at most a `cell` [L] further.
+/// @param time at least the stage's length [T]
+inline double reach_of(const StateRecord& r, double cell,
+                       double time = std::numeric_limits<double>::infinity()) {
+  const double speed = vec3(r.velocity).norm();
+  return r.radius + vec3(r.overlap).norm() + (speed > 0.0 ? std::min(cell, time * speed) : 0.0);
 }
 
 inline LoadRecord load_record(const SphereLoad& l) {

@@ -34,4 +34,7 @@ struct DemSteps {
   }
 };
 
+/// Of a step, with a trace for rounding.
+inline constexpr double longest_stage_of_step = 8.0 / 15.0 * (1.0 + 1e-12);
+
 }  // namespace bedload

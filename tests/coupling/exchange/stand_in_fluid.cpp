@@ -144,8 +144,9 @@ void run(Job& job, const Options& o) {
 
   const BlockMap blocks = blocks_of(o, job.size());
   const auto is_home = [&](const SphereState& s) { return blocks.home(s.position) == job.rank(); };
+  double way_time = 1e9;  // of a sphere through a stage, a cell at most
   const auto is_near = [&](const SphereState& s) {
-    const double ahead = s.velocity.isZero(0.0) ? 0.0 : blocks.h;  // on its way through a stage
+    const double ahead = std::min(blocks.h, way_time * s.velocity.norm());
     return blocks.is_near(job.rank(), s.position, s.radius + s.overlap.norm() + ahead);
   };
   const std::vector<SphereState> started = side.share_out(blocks);
@@ -165,6 +166,7 @@ void run(Job& job, const Options& o) {
     if (step == o.mistake_at) throw UserError("the stand-in was told to find a mistake.");
     if (step == o.die_at && job.rank() == 0) std::raise(SIGKILL);
     const double dt = step % 2 == 0 ? o.time_step : o.alternate * o.time_step;
+    way_time = 8.0 / 15.0 * dt;
     for (int stage = 0; stage < 3; ++stage) {
       std::vector<SphereLoad> loads;
       std::vector<SphereState> expected;
