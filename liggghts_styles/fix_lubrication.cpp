@@ -152,6 +152,7 @@ void FixLubrication::init() {
   fluid_force_ = static_cast<LAMMPS_NS::FixPropertyAtom*>(
       modify->find_fix_property("couple_force", "property/atom", "vector", 3, 0, style, false));
   marker_film_ = find_marker_film(lmp);
+  on_walls_ = find_impulse_on_walls(lmp);
   fluid_density_ = FluidValue::find(lmp, "fluid_density", "fluidDensity");
   fluid_step_ = FluidValue::find(lmp, "dt_fluid", "fluidTimeStep");
   loads_received_ = FluidValue::find(lmp, "loads_received", "");
@@ -443,7 +444,7 @@ void FixLubrication::apply_tangential() {
   tangential_.sum_rates(*atom, mobility_);
   send(Sending::rates);
   double** applied = applied_->array_atom;
-  tangential_.apply(*atom, mobility_, update->dt,
+  tangential_.apply(*atom, mobility_, update->dt, on_walls_,
                     [applied](int k, const Vector& force, const Vector& torque) {
                       for (int d = 0; d < 3; ++d) {
                         applied[k][d] += force[d];
@@ -496,6 +497,11 @@ void FixLubrication::apply(const std::vector<Film>& films) {
   for (const Film& film : films) {
     push(film.i, film.force, film);
     if (film.j >= 0 && film.j < atom->nlocal) push(film.j, -film.force, film);
+    if (film.j < 0 && on_walls_ != nullptr) {
+      const Vector& n = film.normal;
+      const Vector force{film.force * n[0], film.force * n[1], film.force * n[2]};
+      on_walls_->take(n.data(), force.data(), update->dt);
+    }
   }
 }
 

@@ -175,6 +175,7 @@ class FixLubrication : public LAMMPS_NS::Fix {
   FilmSystem system_;                     // films_, solved for together
   std::vector<Vector> accelerations_;     // by all but films, of local and ghost spheres [m/s²]
   FixMarkerFilm* marker_film_ = nullptr;  // of fix couple/fluid
+  ImpulseOnWalls* on_walls_ = nullptr;
   LAMMPS_NS::FixPropertyAtom* fluid_force_ = nullptr;  // of it, too
   FluidValue fluid_density_, fluid_step_, loads_received_;
   FluidDiffusion diffusion_;

@@ -48,6 +48,7 @@ void FixMarkerFilm::init() {
   cell_ = FluidValue::find(lmp, "cell_size", "");
   diffusion_ = FluidDiffusion::find(lmp);
   ends_ = find_fluid_ends(lmp);
+  on_walls_ = find_impulse_on_walls(lmp);
   if (!pairs_told_ && (force->pair != nullptr || group->count(igroup) > 1))
     warn(lmp, "fix couple/fluid",
          std::string(force->pair != nullptr
@@ -137,7 +138,7 @@ void FixMarkerFilm::act(double** loads) {
   for (int i = 0; i < atom->nlocal; ++i) std::fill_n(loads[i], 6, 0.0);
   films_.sum_rates(*atom, mobility_);
   if (comm->nprocs > 1 || films_.size() > 0) comm->forward_comm_fix(this);
-  films_.apply(*atom, mobility_, update->dt,
+  films_.apply(*atom, mobility_, update->dt, on_walls_,
                [loads](int k, const contact::Vector3& force, const contact::Vector3& torque) {
                  for (int d = 0; d < 3; ++d) {
                    loads[k][d] += force[d];

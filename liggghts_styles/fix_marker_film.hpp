@@ -72,7 +72,8 @@ class FixMarkerFilm : public LAMMPS_NS::Fix {
   FluidDiffusion diffusion_;
   double diffusion_number_ = contact::usual_diffusion_number;  ///< λ in this step
   std::span<const FluidEnd> ends_;                             ///< of the fluid's box
-  double reach_ = 0;                                           ///< widest gap [m]
+  ImpulseOnWalls* on_walls_ = nullptr;
+  double reach_ = 0;  ///< widest gap [m]
   bool pairs_told_ = false;
 };
 

@@ -7,6 +7,7 @@
 #include "fix_property_global.h"
 #include "lammps.h"
 #include "liggghts_styles/formulas/diffusion_number.hpp"
+#include "liggghts_styles/impulse_on_walls.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "modify.h"
 
@@ -15,12 +16,11 @@ namespace bedload {
 namespace {
 
 template <class Value = double>
-const Value* extract(LAMMPS_NS::LAMMPS* lmp, const char* style, std::string_view key) {
+Value* extract(LAMMPS_NS::LAMMPS* lmp, const char* style, std::string_view key) {
   LAMMPS_NS::Fix* fix = lmp->modify->find_fix_style_strict(style, 0);
   int dimension = 0;
-  return fix == nullptr
-             ? nullptr
-             : static_cast<const Value*>(fix->extract(std::string(key).c_str(), dimension));
+  return fix == nullptr ? nullptr
+                        : static_cast<Value*>(fix->extract(std::string(key).c_str(), dimension));
 }
 
 /// What a script says of its fluid [value of `property`]: above 0, a density of 0 means none.
@@ -90,6 +90,10 @@ FluidValue find_viscosity(LAMMPS_NS::LAMMPS* lmp) {
 std::span<const FluidEnd> find_fluid_ends(LAMMPS_NS::LAMMPS* lmp) {
   const auto* ends = extract<FluidEnd>(lmp, "couple/fluid", "ends");
   return ends == nullptr ? std::span<const FluidEnd>{} : std::span<const FluidEnd>(ends, 6);
+}
+
+ImpulseOnWalls* find_impulse_on_walls(LAMMPS_NS::LAMMPS* lmp) {
+  return extract<ImpulseOnWalls>(lmp, "couple/fluid", "impulse_on_walls");
 }
 
 double find_fluid_density(LAMMPS_NS::LAMMPS* lmp) {

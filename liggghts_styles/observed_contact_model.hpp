@@ -9,6 +9,7 @@
 #include "liggghts_styles/fix_collision_table.hpp"
 #include "liggghts_styles/fix_lubrication.hpp"
 #include "liggghts_styles/fix_marker_film.hpp"
+#include "liggghts_styles/impulse_on_walls.hpp"
 #include "liggghts_styles/liggghts.hpp"
 #include "liggghts_styles/mobility.hpp"
 #include "liggghts_styles/unknown_setting.hpp"
@@ -48,11 +49,13 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
     if (lubrication_ != nullptr) lubrication_->prepare(wall_);
     if (marker_film_ != nullptr) marker_film_->prepare();
     if (table_ != nullptr) table_->attach(wall_);
+    on_walls_ = wall_ != nullptr ? find_impulse_on_walls(lmp_) : nullptr;
     mobility_ = Mobility(lmp_);
   }
 
   void surfacesIntersect(Touching& s, Forces& i_forces, Forces& j_forces) {
     Base::surfacesIntersect(s, i_forces, j_forces);
+    if (on_walls_ != nullptr && s.computeflag && s.shearupdate) push_wall(s, s.en, i_forces);
     if (marker_film_ != nullptr && s.computeflag &&
         marker_film_->reaches(s.i, s.j, s.rsq, s.radsum))
       marker_film_->add(s.i, s.j, -s.deltan, s.en);
@@ -67,10 +70,12 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
     const bool film = lubrication_ != nullptr && lubrication_->reaches(s.rsq, s.radsum);
     const bool markers =
         marker_film_ != nullptr && marker_film_->reaches(s.i, s.j, s.rsq, s.radsum);
-    if (!s.computeflag || (!film && !markers && !acts)) return;
+    const bool pushes = on_walls_ != nullptr && s.has_force_update && s.shearupdate;
+    if (!s.computeflag || (!film && !markers && !acts && !pushes)) return;
     const double r = std::sqrt(s.rsq);
     const double gap = r - s.radsum;
     const double n[3] = {s.delta[0] / r, s.delta[1] / r, s.delta[2] / r};
+    if (pushes) push_wall(s, n, i_forces);
     if (markers) marker_film_->add(s.i, s.j, gap, n);
     if (film) {
       const double effective = s.is_wall ? s.radi : s.radi * s.radj / s.radsum;
@@ -82,6 +87,14 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
   }
 
  private:
+  /// A wall gets what the sphere does not get from it.
+  void push_wall(const Close& s, const double* n, const Forces& forces) {
+    if (mobility_.inverse_mass(*lmp_->atom, s.i, -1) == 0) return;
+    const double* f = forces.delta_F;
+    const double force[3] = {f[0], f[1], f[2]};
+    on_walls_->take(n, force, lmp_->update->dt);
+  }
+
   void record_close(const Close& s, double r, double gap, const Forces& i_forces) {
     double n[3], v[3], vn = 0, squared = 0;
     for (int d = 0; d < 3; ++d) {
@@ -126,6 +139,7 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
   FixLubrication* lubrication_ = nullptr;
   FixMarkerFilm* marker_film_ = nullptr;
   FixCollisionTable* table_ = nullptr;
+  ImpulseOnWalls* on_walls_ = nullptr;
   Mobility mobility_;
 };
 

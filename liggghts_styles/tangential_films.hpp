@@ -5,6 +5,7 @@
 
 #include "atom.h"
 #include "liggghts_styles/formulas/tangential_lubrication.hpp"
+#include "liggghts_styles/impulse_on_walls.hpp"
 #include "liggghts_styles/mobility.hpp"
 
 namespace bedload {
@@ -45,9 +46,11 @@ class TangentialFilms {
   }
 
   /// Adds the films' mean loads over the step `dt` to the forces and torques of the local spheres
-  /// that can move, and hands them to push(k, force, torque).
+  /// that can move, and hands them to push(k, force, torque); what walls get goes to `on_walls`,
+  /// which may be null.
   template <class Push>
-  void apply(LAMMPS_NS::Atom& atom, const Mobility& mobility, double dt, Push push) {
+  void apply(LAMMPS_NS::Atom& atom, const Mobility& mobility, double dt, ImpulseOnWalls* on_walls,
+             Push push) {
     for (const Film& f : films_) {
       const bool wall = f.j < 0;
       const Vector vi = vector(atom.v[f.i]), spin = vector(atom.omega[f.i]);
@@ -68,6 +71,8 @@ class TangentialFilms {
         push(k, force, torque);
       };
       give(f.i, times(share, loads.force), times(share, loads.torque_i));
+      if (wall && !f.mirrored && on_walls != nullptr && !mobility.held(atom.mask[f.i]))
+        on_walls->take(f.normal.data(), times(share, loads.force).data(), dt);
       if (!wall && f.j < atom.nlocal)
         give(f.j, times(-share, loads.force), times(share, loads.torque_j));
     }

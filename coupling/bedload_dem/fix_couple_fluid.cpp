@@ -188,6 +188,7 @@ void* FixCoupleFluid::extract(const char* name, int& dim) {
   if (wanted == "forcing_loops") return &forcing_loops_;
   if (wanted == "loads_received") return &loads_received_;
   if (wanted == "ends") return ends_.data();
+  if (wanted == "impulse_on_walls") return &on_walls_;
   if (wanted == "goes_on" && side_->restart_step() >= 0) return &dt_fluid_;
   return nullptr;
 }
@@ -277,6 +278,7 @@ Order FixCoupleFluid::receive_loads(bool first) {
   stage_ = side_->receive_loads();
   if (stage_.header.order != Order::advance) return stage_.header.order;
   done_ = {};
+  on_walls_ = {};
   substeps_ = 0;
   done_.began = clock_seconds();
   done_.step = stage_.header.step;
@@ -406,6 +408,8 @@ void FixCoupleFluid::send_motion(bool changes_follow) {
   if (done_.stage == 0 || !DemSteps{side_->scene_info().dem_steps}.exchange_in(0))
     collisions_ = finished_collisions();
   done_.collisions = collisions_;
+  done_.on_lower_walls = on_walls_.below;
+  done_.on_upper_walls = on_walls_.above;
   done_.ended = clock_seconds();
   try {
     note_overlaps();

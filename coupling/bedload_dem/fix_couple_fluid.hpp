@@ -10,6 +10,7 @@
 #include "coupling/exchange/dem_side.hpp"
 #include "fix.h"
 #include "liggghts_styles/fluid_values.hpp"
+#include "liggghts_styles/impulse_on_walls.hpp"
 #include "liggghts_styles/keywords.hpp"
 
 namespace LAMMPS_NS {
@@ -55,7 +56,8 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
 
   /// For contact models: pointers to doubles that stay valid as long as the fix lives. "dt_fluid"
   /// [T], "viscosity" (dynamic) [M/(L T)], "fluid_density" [M/L^3], "cell_size" [L],
-  /// "forcing_loops"; "goes_on": not null where the run goes on from a checkpoint.
+  /// "forcing_loops"; "impulse_on_walls", which takes what walls get; "goes_on": not null where the
+  /// run goes on from a checkpoint.
   void* extract(const char* name, int& dim) override;
 
   // What coupled_run calls. Collective.
@@ -132,6 +134,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   double dt_fluid_ = 0.0, viscosity_ = 0.0, fluid_density_ = 0.0, cell_size_ = 0.0;
   double forcing_loops_ = 1.0;
   std::array<FluidEnd, 6> ends_{};  ///< of the box: of x, y, z, lower, upper
+  ImpulseOnWalls on_walls_;         ///< in the present stage so far
   double loads_received_ = 0.0;  // how often; fix lubrication sends loads to ghosts when it changes
 };
 

@@ -381,6 +381,7 @@ HistoryRow RunOutput<Real>::history_row() const {
   const bool no_residual = std::isnan(simulation_.momentum_residual());
   const double driving = channel.driving_force();
   const std::array<double, 2> wall_stress = channel.wall_stress();
+  const std::array<double, 2> grain_stress = simulation_.grain_stress();
   const Vec3 on_fixed = simulation_.fixed_force();
   const EnergyWork work = simulation_.energy_work();
   const double density = settings_.fluid.density;
@@ -399,6 +400,8 @@ HistoryRow RunOutput<Real>::history_row() const {
       .u_tau_driving = u_tau_of_driving(driving, settings_),
       .wall_stress_lower = wall_stress[0],
       .wall_stress_upper = wall_stress[1],
+      .grain_stress_lower = grain_stress[0],
+      .grain_stress_upper = grain_stress[1],
       .max_divergence = channel.max_divergence(),
       .slip_max = slip.max,
       .slip_rms = slip.rms,

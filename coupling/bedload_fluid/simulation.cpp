@@ -299,6 +299,13 @@ Vec3 Simulation<Real>::fixed_force() const {
 }
 
 template <class Real>
+std::array<double, 2> Simulation<Real>::grain_stress() const {
+  const auto& length = channel_.grid().length;
+  const double area_and_time = length[0] * length[2] * channel_.last_time_step();
+  return {account_.on_walls[0][0] / area_and_time, account_.on_walls[1][0] / area_and_time};
+}
+
+template <class Real>
 double Simulation<Real>::momentum_residual() const {
   const double fluid = std::abs(channel_.momentum_residual());
   if (std::isnan(fluid)) return partner_ ? account_.momentum_residual : fluid;

@@ -65,6 +65,9 @@ class Simulation {
   std::vector<SphereLoad> fixed_loads() const;
   /// Their sum, which takes three numbers in a message however many spheres there are. Collective.
   Vec3 fixed_force() const;
+  /// Of mobile spheres on walls below and above them along x, by contacts and films, over the area
+  /// of a y wall, mean over the last step.
+  std::array<double, 2> grain_stress() const;
   std::int64_t mobile_count() const { return account_.mobile; }
   /// Whether mobile spheres came, went or became others in the last step; the same on every rank.
   bool spheres_changed() const { return spheres_changed_; }

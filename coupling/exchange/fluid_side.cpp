@@ -213,6 +213,8 @@ Motion FluidSide::receive_motion() {
     add(sums.angular_given, header.angular_impulse);
     add(sums.given, header.lost);
     add(sums.angular_given, header.angular_lost);
+    add(sums.on_walls[0], header.on_lower_walls);
+    add(sums.on_walls[1], header.on_upper_walls);
     collisions_ += header.collisions;
     renewal_due_ = header.renewed != 0;
     motion.dem_began =
@@ -243,7 +245,7 @@ std::vector<SphereState> FluidSide::receive_renewed() {
 }
 
 StepAccount FluidSide::settle() {
-  static_assert(sizeof(sums_) == std::tuple_size_v<decltype(sums_)> * 14 * sizeof(double));
+  static_assert(sizeof(sums_) == std::tuple_size_v<decltype(sums_)> * 20 * sizeof(double));
   struct {
     decltype(sums_) stages;
     double collisions, mobile, renewed, kinds;  // exact in a double
@@ -251,10 +253,13 @@ StepAccount FluidSide::settle() {
         renewal_due_ ? 1.0 : 0.0, kinds_};
   MPI_Allreduce(MPI_IN_PLACE, &all, sizeof(all) / sizeof(double), MPI_DOUBLE, MPI_SUM, job_.own());
   StepAccount account;
-  for (const StageSums& s : all.stages)
+  for (const StageSums& s : all.stages) {
     account.momentum_residual =
         std::max({account.momentum_residual, relative_difference(s.given, s.sent, s.size),
                   relative_difference(s.angular_given, s.angular_sent, s.angular_size)});
+    for (std::size_t end = 0; end < s.on_walls.size(); ++end)
+      add(account.on_walls[end], s.on_walls[end]);
+  }
   account.collisions = all.collisions < 0.0 ? -1 : static_cast<std::int64_t>(all.collisions);
   account.mobile = static_cast<std::int64_t>(all.mobile);
   renewal_due_ = all.renewed > 0.0;  // also of ranks without a partner

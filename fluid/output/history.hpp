@@ -22,12 +22,16 @@ struct HistoryRow {
   double viscous_work = 0.0;       ///< of viscosity and sliding walls (energy_account.hpp)
   double convective_work = 0.0;    ///< of convection, likewise: an error of the time scheme
   double u_tau_driving = 0.0;      ///< of the driving force (derived_numbers.hpp) [L/T]
-  double wall_stress_lower = 0.0;  ///< mean of the lower y wall along x [M/(L T^2)]
+  double wall_stress_lower = 0.0;  ///< of the fluid on the lower y wall along x [M/(L T^2)]
   double wall_stress_upper = 0.0;
-  double max_divergence = 0.0;     ///< largest |div u| [1/T]
-  double slip_max = 0.0;           ///< largest slip of a marker [L/T]
-  double slip_rms = 0.0;           ///< [L/T]
-  std::int64_t forcing_loops = 0;  ///< of the last stage
+  /// Of the mobile spheres on walls below them along x, by contacts and by films, over the area of
+  /// a y wall, mean over the last step [M/(L T^2)]; the fluid's stress is without it.
+  double grain_stress_lower = 0.0;
+  double grain_stress_upper = 0.0;  ///< on walls above them
+  double max_divergence = 0.0;      ///< largest |div u| [1/T]
+  double slip_max = 0.0;            ///< largest slip of a marker [L/T]
+  double slip_rms = 0.0;            ///< [L/T]
+  std::int64_t forcing_loops = 0;   ///< of the last stage
   std::int64_t mobile_spheres = 0;
   double momentum_residual = 0.0;  ///< largest since the row before, relative; NaN: not followed
   /// Of the fluid on all fixed spheres, mean over the last step, buoyancy included [M L/T^2].
@@ -56,6 +60,8 @@ inline constexpr std::tuple history_columns{
     HistoryColumn<double>{"u_tau_driving", &HistoryRow::u_tau_driving},
     HistoryColumn<double>{"wall_stress_lower", &HistoryRow::wall_stress_lower},
     HistoryColumn<double>{"wall_stress_upper", &HistoryRow::wall_stress_upper},
+    HistoryColumn<double>{"grain_stress_lower", &HistoryRow::grain_stress_lower},
+    HistoryColumn<double>{"grain_stress_upper", &HistoryRow::grain_stress_upper},
     HistoryColumn<double>{"max_divergence", &HistoryRow::max_divergence},
     HistoryColumn<double>{"slip_max", &HistoryRow::slip_max},
     HistoryColumn<double>{"slip_rms", &HistoryRow::slip_rms},

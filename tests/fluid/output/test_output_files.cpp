@@ -368,15 +368,15 @@ TEST(OutputHistory, HasOneRowPerCallAndIsCutBackOnRestart) {
   EXPECT_EQ(history_header(),
             "step,time,dt,cfl,bulk_velocity,driving,kinetic_energy,dissipation,"
             "forcing_work,viscous_work,convective_work,u_tau_driving,"
-            "wall_stress_lower,wall_stress_upper,max_divergence,"
-            "slip_max,slip_rms,forcing_loops,mobile_spheres,momentum_residual,"
+            "wall_stress_lower,wall_stress_upper,grain_stress_lower,grain_stress_upper,"
+            "max_divergence,slip_max,slip_rms,forcing_loops,mobile_spheres,momentum_residual,"
             "fixed_force_x,fixed_force_y,fixed_force_z");
-  HistoryRow row{1,    1.0 / 3.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.55, 0.56, 0.57, 0.58, 0.6,
-                 0.61, 0.62,      0.7, 0.8, 0.9, 10,  11,  12.5, 13.5, 14.5, 15.5};
-  EXPECT_EQ(
-      history_line(row),
-      "1,0.3333333333333333,0.1,0.2,0.3,0.4,0.5,0.55,0.56,0.57,0.58,0.6,0.61,0.62,0.7,0.8,0.9,10,"
-      "11,12.5,13.5,14.5,15.5");
+  HistoryRow row{1,    1.0 / 3.0, 0.1,  0.2, 0.3, 0.4, 0.5, 0.55, 0.56, 0.57, 0.58, 0.6, 0.61,
+                 0.62, 0.63,      0.64, 0.7, 0.8, 0.9, 10,  11,   12.5, 13.5, 14.5, 15.5};
+  EXPECT_EQ(history_line(row),
+            "1,0.3333333333333333,0.1,0.2,0.3,0.4,0.5,0.55,0.56,0.57,0.58,0.6,0.61,0.62,0.63,0.64,"
+            "0.7,0.8,0.9,10,"
+            "11,12.5,13.5,14.5,15.5");
   {
     History history(folder);
     for (row.step = 1; row.step <= 5; ++row.step) history.add(row);
