@@ -132,14 +132,26 @@ static_assert(Record<DivisionHeader> && Record<PartnersHeader> && Record<Checkpo
 /// theirs before the first message.
 constexpr std::uint64_t layout_fingerprint() {
   std::uint64_t hash = fnv_start;
-  for (const std::size_t number :
-       {sizeof(StateRecord), offsetof(StateRecord, spin), offsetof(StateRecord, mobile),
-        sizeof(LoadRecord), offsetof(LoadRecord, torque), sizeof(LoadHeader),
-        offsetof(LoadHeader, fluid_time_step), sizeof(MotionHeader), offsetof(MotionHeader, lost),
-        offsetof(MotionHeader, collisions), offsetof(MotionHeader, renewed), sizeof(FluidSceneInfo),
-        offsetof(FluidSceneInfo, gravity), offsetof(FluidSceneInfo, restart_step),
-        offsetof(FluidSceneInfo, end_step), sizeof(DemSceneInfo), offsetof(DemSceneInfo, gravity),
-        offsetof(DemSceneInfo, mobile), offsetof(DemSceneInfo, viscosity)})
+  for (const std::size_t number : {sizeof(StateRecord),
+                                   offsetof(StateRecord, spin),
+                                   offsetof(StateRecord, mobile),
+                                   sizeof(LoadRecord),
+                                   offsetof(LoadRecord, torque),
+                                   sizeof(LoadHeader),
+                                   offsetof(LoadHeader, fluid_time_step),
+                                   sizeof(MotionHeader),
+                                   offsetof(MotionHeader, lost),
+                                   offsetof(MotionHeader, on_lower_walls),
+                                   offsetof(MotionHeader, collisions),
+                                   offsetof(MotionHeader, renewed),
+                                   sizeof(FluidSceneInfo),
+                                   offsetof(FluidSceneInfo, gravity),
+                                   offsetof(FluidSceneInfo, restart_step),
+                                   offsetof(FluidSceneInfo, end_step),
+                                   sizeof(DemSceneInfo),
+                                   offsetof(DemSceneInfo, gravity),
+                                   offsetof(DemSceneInfo, mobile),
+                                   offsetof(DemSceneInfo, viscosity)})
     hash = fnv_mixed(hash, number);
   return hash;
 }

@@ -48,7 +48,8 @@ def test_what_images_take():
 
 
 class MadeUp:
-    """Two instants of two spheres that fall along -x, at 1 and 2, then at 3 and 5; walls' stress 2 and -4."""
+    """Two instants of two spheres that fall along -x, at 1 and 2, then at 3 and 5; walls' stress 2 and -4, of
+    which spheres give 0.5 and -1.5."""
 
     def sample_blocks(self, since):
         time, tag, zero = np.array([0.0, 0.0, 1.0, 1.0]), np.array([1, 2, 1, 2]), np.zeros((4, 3))
@@ -56,7 +57,8 @@ class MadeUp:
         return [Samples(time, tag, zero, velocity, zero, np.full(4, 0.5))]
 
     def history(self):
-        return {"wall_stress_lower": np.array([2.0]), "wall_stress_upper": np.array([-4.0])}
+        of_fluid = {"wall_stress_lower": np.array([1.5]), "wall_stress_upper": np.array([-2.5])}
+        return of_fluid | {"grain_stress_lower": np.array([0.5]), "grain_stress_upper": np.array([-1.5])}
 
 
 def test_means_of_a_run():
