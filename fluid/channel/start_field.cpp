@@ -83,8 +83,22 @@ std::vector<Mode> disturbance_modes(const Settings& settings, const Grid& grid) 
 
 }  // namespace
 
+StartProfile::Couette::Couette(const Grid& grid, std::size_t direction)
+    : lower(grid.walls[direction][0] == Wall::no_slip),
+      upper(grid.walls[direction][1] == Wall::no_slip),
+      lower_velocity(grid.wall_velocity[direction][0]),
+      upper_velocity(grid.wall_velocity[direction][1]) {}
+
+double StartProfile::Couette::at(double share, std::size_t component) const {
+  const double from = lower ? lower_velocity[component] : upper_velocity[component];
+  const double to = upper ? upper_velocity[component] : lower_velocity[component];
+  return lower || upper ? from + (to - from) * share : 0.0;
+}
+
 StartProfile::StartProfile(const Settings& settings, const Grid& grid)
     : kind_(settings.start.from),
+      width_(grid.length[2]),
+      y_is_periodic_(grid.periodic(1)),
       lower_wall_(grid.walls[1][0] == Wall::no_slip || settings.start.height > 0.0),
       upper_wall_(grid.walls[1][1] == Wall::no_slip),
       bottom_(settings.start.height),
@@ -95,6 +109,7 @@ StartProfile::StartProfile(const Settings& settings, const Grid& grid)
       upper_velocity_(grid.wall_velocity[1][1][0]),
       lower_across_(settings.start.height > 0.0 ? 0.0 : grid.wall_velocity[1][0][2]),
       upper_across_(grid.wall_velocity[1][1][2]) {
+  if (kind_ == Start::laminar && !lower_wall_ && !upper_wall_) along_z_ = Couette(grid, 2);
   if (kind_ != Start::logarithmic || velocity_ == 0.0 || (!lower_wall_ && !upper_wall_)) return;
   double low = 0.0, high = std::abs(velocity_);  // u_tau from the mean velocity, by bisection
   const auto too_slow = [&](double u_tau) {
@@ -149,6 +164,11 @@ double StartProfile::across(double y) const {
   return lower_wall_ ? lower_across_ : upper_across_;
 }
 
+std::array<double, 2> StartProfile::between_z_walls(double z) const {
+  const double s = z / width_;
+  return {along_z_.at(s, 0), y_is_periodic_ ? along_z_.at(s, 1) : 0.0};
+}
+
 template <class Real>
 void write_start_field(Field<Real>& velocity, const Settings& settings, const Grid& grid,
                        const Decomposition& decomposition) {
@@ -174,8 +194,9 @@ void write_start_field(Field<Real>& velocity, const Settings& settings, const Gr
     for (int k = 0; k < decomposition.rows(); ++k) {
       const double z = grid.centre(decomposition.first_row() + k),
                    z_up = grid.face(decomposition.first_row() + k);
-      std::fill(u.begin(), u.end(), profile(y));
-      std::fill(v.begin(), v.end(), 0.0);
+      const std::array<double, 2> sideways = profile.between_z_walls(z);
+      std::fill(u.begin(), u.end(), profile(y) + sideways[0]);
+      std::fill(v.begin(), v.end(), sideways[1]);
       std::fill(w.begin(), w.end(), profile.across(y));
       for (std::size_t n = 0; n < modes.size(); ++n) {
         const Mode& m = modes[n];

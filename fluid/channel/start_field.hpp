@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 #include "fluid/grid/decomposition.hpp"
 #include "fluid/grid/field.hpp"
 #include "fluid/grid/grid.hpp"
@@ -10,7 +13,8 @@ namespace bedload {
 /// Mean streamwise velocity at height y of the profile that a run starts from (start.from): zero
 /// below start.height; above it, over the depth that remains, of mean start.velocity:
 ///   laminar:      the parabola (or straight line, for moving walls) that the y walls ask for, and
-///                 the straight line along z where they move along it, too;
+///                 the straight line along z where they move along it, too; where no y end is a
+///                 wall, that of moving z walls is added;
 ///   logarithmic:  Reichardt's law of the wall, u+ = ln(1 + 0.4 y+)/0.4
 ///                 + 7.8 (1 - exp(-y+/11) - (y+/11) exp(-y+/3))  (ZAMM 31 (1951) 208),
 ///                 y+ from the nearer no-slip wall, the friction velocity found from the mean.
@@ -20,13 +24,29 @@ class StartProfile {
   double operator()(double y) const;
   /// Of the laminar flow that moving y walls drive along z [L/T].
   double across(double y) const;
+  /// Of the laminar flow that moving z walls drive along x, where no y end is a wall, and along y,
+  /// where y is periodic [L/T].
+  std::array<double, 2> between_z_walls(double z) const;
 
  private:
   double shape(double s) const;
   double law_of_the_wall(double s) const;
   double mean() const;
 
+  /// The straight line between two ends, of which those that are no walls hold nothing.
+  struct Couette {
+    bool lower = false, upper = false;
+    std::array<double, 3> lower_velocity{}, upper_velocity{};
+
+    Couette() = default;
+    Couette(const Grid& grid, std::size_t direction);
+    double at(double share, std::size_t component) const;
+  };
+
   Start kind_;
+  Couette along_z_;
+  double width_;
+  bool y_is_periodic_;
   bool lower_wall_, upper_wall_;
   double bottom_, depth_, velocity_, viscosity_;
   double lower_velocity_, upper_velocity_;

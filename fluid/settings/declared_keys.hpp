@@ -124,7 +124,7 @@ void declare_keys(Settings& s, Visitor& key) {
   key.number(
       "start.velocity", s.start.velocity, "L/T", any, Need::optional,
       "Mean velocity of the laminar or logarithmic profile over the flow depth; the linear flow "
-      "between moving y walls is added to the laminar one.");
+      "between moving y walls, or z walls where no y end is one, is added to the laminar one.");
   key.number("start.height", s.start.height, "L", not_negative, Need::optional,
              "Height y at which the profile begins (the bed's top); at rest below.");
   key.number("start.disturbance", s.start.disturbance, "-", Range{0.0, 1.0}, Need::optional,

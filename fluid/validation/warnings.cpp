@@ -160,6 +160,24 @@ std::optional<std::string> thin_layer(const SphereExtremes& spheres) {
       spheres.reynolds, spheres.thinnest_layer);
 }
 
+/// The laminar start knows the straight line between moving walls along one direction: y, or z
+/// where no y end (nor a bed) holds the flow.
+void warn_of_walls_left_out_of_the_start(const Settings& s, std::vector<std::string>& found) {
+  if (s.start.from != Start::laminar) return;
+  const auto holds = [](const auto& ends) {
+    return ends[0] == Wall::no_slip || ends[1] == Wall::no_slip;
+  };
+  const auto moves = [](const std::array<double, 3>& a, const std::array<double, 3>& b) {
+    return a != std::array<double, 3>{} || b != std::array<double, 3>{};
+  };
+  const bool y_holds = holds(s.boundary.y) || s.start.height > 0.0;
+  if (y_holds && moves(s.boundary.z_lower_velocity, s.boundary.z_upper_velocity))
+    found.push_back(fmt::format(
+        "{}: 'start.from' = \"laminar\" is the flow of the y walls alone: what the z walls move "
+        "has to develop.",
+        s.file));
+}
+
 }  // namespace
 
 double longest_diffusion(double density_ratio) {
@@ -234,6 +252,7 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
     no_effect("start.velocity", "start.from = \"laminar\" or \"logarithmic\"");
   if (s.start.height != 0.0 && !profile)
     no_effect("start.height", "start.from = \"laminar\" or \"logarithmic\"");
+  warn_of_walls_left_out_of_the_start(s, found);
   if (s.fringe.rate == 0.0) {
     if (s.fringe.begin != 0.0) no_effect("fringe.begin", "'fringe.rate' above 0");
     if (s.fringe.end != 0.0) no_effect("fringe.end", "'fringe.rate' above 0");

@@ -272,6 +272,34 @@ TEST(StartField, LaminarFlowBetweenMovingWallsIsLinearAlongBoth) {
   EXPECT_NEAR(StartProfile(s, make_grid(s)).across(0.25), -0.3, 1e-12);
 }
 
+TEST(StartField, LaminarFlowBetweenMovingZWallsIsLinearWhereNoYWallHoldsIt) {
+  Settings s = box({8, 16, 8}, 1.0 / 16, 1e-2, 1e-3);
+  s.start.from = Start::laminar;
+  s.boundary.z = {Wall::no_slip, Wall::no_slip};
+  s.boundary.z_lower_velocity = {0.2, -0.4, 0.0};
+  s.boundary.z_upper_velocity = {1.0, 0.6, 0.0};
+  const auto at_quarter = [&](Wall lower, Wall upper) {
+    set_y_ends(s, lower, upper);
+    const Grid grid = make_grid(s);
+    return StartProfile(s, grid).between_z_walls(0.25 * grid.length[2]);
+  };
+  const std::array<double, 2> through = at_quarter(Wall::periodic, Wall::periodic);
+  EXPECT_NEAR(through[0], 0.4, 1e-12);
+  EXPECT_NEAR(through[1], -0.15, 1e-12);
+  // Both directions are steady flows: nothing is left to develop.
+  Channel<double> channel(s, MPI_COMM_WORLD);
+  const double before = channel.kinetic_energy();
+  EXPECT_GT(before, 0.0);
+  advance(channel, 20);
+  EXPECT_NEAR(channel.kinetic_energy(), before, 1e-10 * before);
+  // What goes along y has no way through its ends.
+  EXPECT_EQ(at_quarter(Wall::free_slip, Wall::free_slip), (std::array{through[0], 0.0}));
+  EXPECT_EQ(at_quarter(Wall::no_slip, Wall::free_slip), (std::array{0.0, 0.0}));
+  s.boundary.z = {Wall::free_slip, Wall::no_slip};
+  s.boundary.z_lower_velocity = {};
+  EXPECT_EQ(at_quarter(Wall::free_slip, Wall::free_slip), (std::array{1.0, 0.0}));
+}
+
 /// Disturbances have about the size asked for, in every component, and another seed gives others.
 TEST(StartField, DisturbancesHaveTheirSize) {
   Settings s = box({32, 24, 24}, 1.0 / 16, 1e-3, 0.005);

@@ -298,6 +298,10 @@ TEST(BadSettings, WarningsAreGiven) {
               HasSubstr("'spheres.interior_term'"));
   // A disturbance is a share of start.velocity.
   const std::string profile = "start.from=\"laminar\"";
+  const std::string walls = "boundary.z=\"no_slip\"",
+                    slides = "boundary.z_upper_velocity=[1, 0, 0]";
+  EXPECT_THAT(spoken({profile, walls, slides}), HasSubstr("what the z walls move"));
+  EXPECT_EQ(spoken({profile, walls, slides, "boundary.y=\"free_slip\""}), "");
   EXPECT_THAT(spoken({profile, "start.disturbance=0.1"}), HasSubstr("'start.velocity'"));
   EXPECT_EQ(spoken({profile, "start.disturbance=0.1", "start.velocity=1.0"}), "");
   EXPECT_THAT(spoken({profile, "start.velocity=1.0", "start.seed=2"}),
