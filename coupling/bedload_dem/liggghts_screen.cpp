@@ -95,7 +95,7 @@ std::string LiggghtsScreen::place(const std::string& error) const {
                      file_and_line(innermost_script(*lmp_->input)), nearest_style(*lmp_, error));
 }
 
-LiggghtsScreen::LiggghtsScreen() {
+LiggghtsScreen::LiggghtsScreen(FILE* all) : all_(all) {
   cookie_io_functions_t functions{};
   functions.write = [](void* self, const char* text, std::size_t size) {
     static_cast<LiggghtsScreen*>(self)->take(text, size);
@@ -109,31 +109,41 @@ LiggghtsScreen::LiggghtsScreen() {
 LiggghtsScreen::~LiggghtsScreen() { std::fclose(stream_); }
 
 void LiggghtsScreen::take(const char* text, std::size_t size) {
+  if (all_ != nullptr) std::fwrite(text, 1, size, all_);
   for (const char c : std::string_view(text, size)) {
     if (c != '\n') {
       line_ += c;
       continue;
     }
-    if (line_.starts_with("ERROR")) {
-      saw_error_ = true;
-      if (!another_speaks(line_)) {
-        silence_peers();
-        if (line_.find(lost_triangle) != std::string::npos)
-          line_ = fmt::format("ERROR: {} ({})", about_triangles, line_);
-        std::fprintf(stderr, "\n%s: %s%s%s\n", program_name(Program::dem), line_.c_str(),
-                     place(line_).c_str(), last_checkpoint_sentence().c_str());
-      }
-    } else if (line_.starts_with("WARNING")) {
-      if (said_.insert(line_).second)
-        std::fprintf(stderr, "\n%s: %s\n", program_name(Program::dem), line_.c_str());
-    } else if (line_.starts_with("NOTE")) {
-      if (said_.insert(line_).second)
-        std::fprintf(stderr, "%s: %s\n", program_name(Program::dem), line_.c_str());
-    } else if (line_ == "Created 0 atoms") {
-      std::fprintf(stderr, "\n%s: WARNING: a create_atoms has made no atom: %s\n",
-                   program_name(Program::dem), "its place lies outside the box or its region");
-    }
+    take_line();
     line_.clear();
+  }
+  if (all_ != nullptr) std::fflush(all_);
+}
+
+void LiggghtsScreen::take_line() {
+  const char* name = program_name(Program::dem);
+  if (line_.starts_with("ERROR")) {
+    saw_error_ = true;
+    if (all_ != nullptr) {
+      if (const std::string there = place(line_); !there.empty())
+        std::fprintf(all_, "%s:%s\n", name, there.c_str());
+    } else if (!another_speaks(line_)) {
+      silence_peers();
+      if (line_.find(lost_triangle) != std::string::npos)
+        line_ = fmt::format("ERROR: {} ({})", about_triangles, line_);
+      std::fprintf(stderr, "\n%s: %s%s%s\n", name, line_.c_str(), place(line_).c_str(),
+                   last_checkpoint_sentence().c_str());
+    }
+  } else if (all_ != nullptr) {
+    return;
+  } else if (line_.starts_with("WARNING")) {
+    if (said_.insert(line_).second) std::fprintf(stderr, "\n%s: %s\n", name, line_.c_str());
+  } else if (line_.starts_with("NOTE")) {
+    if (said_.insert(line_).second) std::fprintf(stderr, "%s: %s\n", name, line_.c_str());
+  } else if (line_ == "Created 0 atoms") {
+    std::fprintf(stderr, "\n%s: WARNING: a create_atoms has made no atom: %s\n", name,
+                 "its place lies outside the box or its region");
   }
 }
 

@@ -10,12 +10,14 @@ class LAMMPS;
 
 namespace bedload {
 
-/// A stream for LIGGGHTS' screen in a coupled job: lines that report an error, or once a warning or
-/// a note, go to stderr under the program's name, all others are dropped (LIGGGHTS' log has them),
-/// so that the terminal belongs to the fluid's progress.
+/// A stream for LIGGGHTS' screen that tells, with an error, where in the script it arose. In a
+/// coupled job lines that report an error, or once a warning or a note, go to stderr under the
+/// program's name, all others are dropped (LIGGGHTS' log has them), so that the terminal belongs to
+/// the fluid's progress.
 class LiggghtsScreen {
  public:
-  LiggghtsScreen();
+  /// @param all where everything goes as LIGGGHTS says it; nullptr in a coupled job
+  explicit LiggghtsScreen(FILE* all);
   ~LiggghtsScreen();
   LiggghtsScreen(const LiggghtsScreen&) = delete;
   LiggghtsScreen& operator=(const LiggghtsScreen&) = delete;
@@ -33,6 +35,9 @@ class LiggghtsScreen {
   /// about an unknown one; "" where there is nothing to say.
   std::string place(const std::string& error) const;
 
+  void take_line();
+
+  FILE* all_;
   FILE* stream_;
   const LAMMPS_NS::LAMMPS* lmp_ = nullptr;
   std::string line_;

@@ -170,7 +170,7 @@ int run_script(Job& job, int argc, char** argv) {
     const bool own_screen = std::any_of(argv + 1, argv + argc, [](std::string_view word) {
       return word == "-screen" || word == "-sc";
     });
-    LiggghtsScreen liggghts_screen;
+    LiggghtsScreen liggghts_screen(job.alone() ? stdout : nullptr);
     std::optional<LastWord> last_word;
     if (!job.alone() && job.rank() == 0) last_word.emplace(liggghts_screen, own_screen);
     std::string inputs = inputs_folder();
@@ -184,7 +184,7 @@ int run_script(Job& job, int argc, char** argv) {
     words.push_back(nullptr);
     LAMMPS_NS::LAMMPS lammps(static_cast<int>(texts.size()), words.data(), job.own());
     check_styles(&lammps);
-    if (!job.alone() && !own_screen && lammps.screen != nullptr) {
+    if (!own_screen && lammps.screen != nullptr) {
       liggghts_screen.follow(&lammps);
       lammps.screen = liggghts_screen.stream();
     }

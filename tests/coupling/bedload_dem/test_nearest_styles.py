@@ -3,6 +3,7 @@
 import pytest
 
 from pocket import SCENE, changed_jobs, check_refused
+from programs import BIN, command, run
 
 PAIRS = "pair_style      gran model actm tangential haff_werner"
 FLOOR = "wall/gran model actm tangential haff_werner"
@@ -56,3 +57,18 @@ def test_a_line_of_an_included_file_without_an_end(tmp_path):
     check_refused(results["included"], ["more.liggghts, line 3)", "to 'couple/fluyd' is 'couple/fluid'"])
     check_refused(results["missing"], ["none.liggghts' (in.liggghts, line "])
     assert "The nearest" not in results["missing"].output
+
+
+def test_without_a_fluid(tmp_path):
+    """A dry script has them, too, behind all that LIGGGHTS says, and a run that ends well says nothing of ours."""
+    script = "units si\natom_style granular\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\n"
+    (tmp_path / "good").write_text(script, encoding="utf-8")
+    (tmp_path / "bad").write_text(script + "fix motion all nve/spere\n", encoding="utf-8")
+    good, bad = (run(command(None, [str(BIN / "bedload-dem"), "-in", name, "-log", "none"]), tmp_path)
+                 for name in ("good", "bad"))  # fmt: skip
+    assert good.status == 0 and "LIGGGHTS (Version" in good.output and "bedload-dem" not in good.output
+    said = bad.output.splitlines()
+    error = next(n for n, line in enumerate(said) if line.startswith("ERROR: "))
+    assert said[error + 1] == ("bedload-dem: The script's line is 'fix motion all nve/spere' (bad, line 5). "
+                               "The nearest fix style to 'nve/spere' is 'nve/sphere'.")  # fmt: skip
+    assert bad.status != 0
