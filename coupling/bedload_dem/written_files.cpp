@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <stdio.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -39,10 +40,23 @@ void remember(const std::string& name, int error) {
                                 error != 0 ? std::strerror(error) : "a part is missing");
 }
 
-using FileFunction = int (*)(FILE*);
+/// A disk that takes no more, or gives up.
+bool is_of_a_disk(int error) {
+  return error == ENOSPC || error == EDQUOT || error == EFBIG || error == EIO;
+}
 
-FileFunction of_the_library(const char* name) {
-  return reinterpret_cast<FileFunction>(dlsym(RTLD_NEXT, name));
+/// Of write() and writev(), whose result is given.
+ssize_t looked_at(int descriptor, ssize_t result) {
+  const int error = errno;
+  if (result < 0 && is_of_a_disk(error) && descriptor > STDERR_FILENO)
+    remember(name_of(descriptor), error);
+  errno = error;
+  return result;
+}
+
+template <class Function>
+Function* of_the_library(const char* name) {
+  return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
 }
 
 }  // namespace
@@ -54,12 +68,26 @@ std::optional<std::string> unwritten_file() {
 
 }  // namespace bedload
 
-// LIGGGHTS writes with C's functions and does not ask whether they could. A program's own functions
-// of these names come before those of the C library in all its shared libraries.
+// LIGGGHTS writes with C's functions and does not ask whether they could; VTK, which makes some of
+// its dumps, with C++ streams, of which small files fail when nobody asks any more: those end in
+// write() and writev(). A program's own functions of these names come before those of the C library
+// in all its shared libraries.
 extern "C" {
 
+__attribute__((visibility("default"))) ssize_t write(int descriptor, const void* from,
+                                                     size_t count) {
+  static const auto original = bedload::of_the_library<ssize_t(int, const void*, size_t)>("write");
+  return bedload::looked_at(descriptor, original(descriptor, from, count));
+}
+
+__attribute__((visibility("default"))) ssize_t writev(int descriptor, const iovec* parts,
+                                                      int count) {
+  static const auto original = bedload::of_the_library<ssize_t(int, const iovec*, int)>("writev");
+  return bedload::looked_at(descriptor, original(descriptor, parts, count));
+}
+
 __attribute__((visibility("default"))) int fflush(FILE* file) {
-  static const auto original = bedload::of_the_library("fflush");
+  static const auto original = bedload::of_the_library<int(FILE*)>("fflush");
   const int result = original(file);
   const int error = result != 0 ? errno : 0;
   if (file != nullptr && (result != 0 || ferror(file) != 0))
@@ -70,7 +98,7 @@ __attribute__((visibility("default"))) int fflush(FILE* file) {
 }
 
 __attribute__((visibility("default"))) int fclose(FILE* file) {
-  static const auto original = bedload::of_the_library("fclose");
+  static const auto original = bedload::of_the_library<int(FILE*)>("fclose");
   const int number = bedload::written(file);
   if (number < 0) return original(file);
   const std::string name = bedload::name_of(number);

@@ -12,6 +12,7 @@ DUMP = "dump {} all custom 10 {} id type x y z\ncoupled_run"
 CASES = {
     "dump": DUMP.format("d", "FULL"),
     "dump of a file each step": DUMP.format("d", "FULL.*"),
+    "dump of VTK": "dump d all custom/vtk 10 FULL.*.vtp id x\ncoupled_run",
     "average": "compute e all ke\nfix mean all ave/time 1 10 10 c_e file FULL\ncoupled_run",
     "words": 'fix say all print 10 "hello" file FULL\ncoupled_run',
     "data after the run": "coupled_run\nwrite_data FULL",
@@ -24,7 +25,8 @@ def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("written")
     full = folder / "full"
     full.symlink_to("/dev/full")
-    (folder / "full.20").symlink_to("/dev/full")  # the others of a file each step are written
+    for name in ("full.20", "full.20.vtp"):  # the others of a file each step are written
+        (folder / name).symlink_to("/dev/full")
     cases = {case: ((RUN, lines.replace("FULL", str(full))),) for case, lines in CASES.items()}
     good = (RUN, DUMP.format("d", "good.txt") + "\nwrite_data good.data")
     return changed_jobs(folder, cases | {"good": (good,)}, steps=3)
