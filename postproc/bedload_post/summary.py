@@ -146,6 +146,25 @@ def statistics_lines(run: Run) -> list[Line]:
     return lines
 
 
+def shear_lines(run: Run, history: dict[str, np.ndarray], since: float) -> list[Line]:
+    """Relative viscosity of what lies between y walls that slide past each other, nothing else driving it: their stress
+    along x, by fluid and grains, over that of the fluid alone."""
+    boundary = run.settings.get("boundary", {})
+    driven = run.settings.get("flow", {}).get("driving", "none") != "none"
+    lower, upper = (boundary.get(f"y_{end}_velocity", (0.0,))[0] for end in ("lower", "upper"))
+    if driven or boundary.get("y") not in ("no_slip", ["no_slip", "no_slip"]) or lower == upper:
+        return []
+    if "grain_stress_lower" not in history:  # a run of before
+        return []
+    alone = run.value("fluid.density") * run.viscosity * (upper - lower) / float(run.box[1])
+    by_fluid, by_grains = (
+        mean_over_time(history["time"], history[f"{whose}_stress_lower"] - history[f"{whose}_stress_upper"], since)
+        / (2.0 * alone) for whose in ("wall", "grain")
+    )  # fmt: skip
+    meaning = f"second half; {by_fluid:.3f} of it by the fluid, {by_grains:.3f} by grains on walls"
+    return [Line("relative viscosity", f"{by_fluid + by_grains:.3f}", meaning)]
+
+
 def flow_lines(run: Run) -> list[Line]:
     """State of the flow, from the second half of the time of history.csv, and the run's own checks."""
     history = run.history()
@@ -172,6 +191,8 @@ def flow_lines(run: Run) -> list[Line]:
             shields /= run.submerged_weight * run.diameter
             lines.append(Line("Shields number", f"{shields:.4f}", "critical: 0.035"))
     lines += statistics_lines(run)
+    if spheres:
+        lines += shear_lines(run, history, middle)
     lines.append(Line("divergence, largest", f"{np.abs(history['max_divergence']).max():.1e}", "1/T"))
     if spheres:
         scale = run.bulk_velocity

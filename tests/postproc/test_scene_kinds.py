@@ -65,6 +65,36 @@ def test_a_bed_keeps_its_states_and_its_friction(tmp_path):
     assert summary.has_bed(Run(run.folder))
 
 
+def test_a_suspension_in_shear(tmp_path):
+    """(lower - upper)/2 over rho nu dU/H, by the fluid and by grains, in the second half alone; not where the walls
+    go together, a force drives the flow, or an older run says nothing of its grains."""
+    story = even(Story(position=(3.0, 8.0, 4.0)).piece(4.0, velocity=(0.3, 0.0, 0.0)), 0.1)
+    folder = write_run(tmp_path / "run", story)
+    text = (folder / "settings.toml").read_text()
+    text = text.replace('boundary.y = ["no_slip", "free_slip"]', 'boundary.y = ["no_slip", "no_slip"]')
+    text += "boundary.y_lower_velocity = [-1.0, 0.0, 0.0]\nboundary.y_upper_velocity = [2.0, 0.0, 0.0]\n"
+    (folder / "settings.toml").write_text(text)
+    header, *rows = (folder / "history.csv").read_text().splitlines()
+    alone = 2.6578e-3 * 3.0 / 9.0
+    more = [f",{2.0 * alone},{-3.0 * alone},{0.5 * alone},{-0.3 * alone}"] * len(rows)
+    more[: len(rows) // 3] = [",9,9,9,9"] * (len(rows) // 3)
+    names = ",wall_stress_lower,wall_stress_upper,grain_stress_lower,grain_stress_upper"
+    (folder / "history.csv").write_text("\n".join([header + names, *(a + b for a, b in zip(rows, more))]) + "\n")
+
+    def found():
+        return {line.what: line for line in summary.flow_lines(Run(folder))}
+
+    assert found()["relative viscosity"].value == "2.900"
+    assert "2.500 of it by the fluid, 0.400 by grains" in found()["relative viscosity"].note
+    (folder / "settings.toml").write_text(text.replace("[2.0, 0", "[-1.0, 0"))
+    assert "relative viscosity" not in found()
+    (folder / "settings.toml").write_text(text + 'flow.driving = "bulk_velocity"\n')
+    assert "relative viscosity" not in found()
+    (folder / "settings.toml").write_text(text)
+    (folder / "history.csv").write_text("\n".join([header, *rows]) + "\n")
+    assert "relative viscosity" not in found()
+
+
 def test_grains_of_a_short_record_are_there(tmp_path):
     """One instant of sixty grains: no phase, but sixty grains."""
     folder = write_run(tmp_path / "run", wandering_story())
