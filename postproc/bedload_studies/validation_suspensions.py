@@ -1,6 +1,6 @@
 """Validation of many spheres together: viscosity of a suspension, settling beside each other. No study of its own."""
 
-import math
+from dataclasses import dataclass
 
 import numpy as np
 from bedload_post.batches import estimate
@@ -12,6 +12,44 @@ from .validation_runs import DIFFUSION, Curve, Result, Row, Runner, marks
 
 FRACTIONS = (0.1, 0.2, 0.3)
 BATCHES = 6
+
+
+@dataclass(frozen=True)
+class Suspension:
+    """A run of `suspension`: cells to a diameter, volume fraction, and what differs from its scene."""
+
+    cells: int
+    fraction: float
+    label: str = ""  # of the run's folder
+    what: str = ""
+    films: str = ""  # settings of fix lubrication
+    height: float = 5.0  # between the walls [D], which the scene has so
+
+    def settings(self, viscosity: float) -> dict[str, object]:
+        """Of fluid.toml; the walls' speeds keep the shear rate at 1."""
+        box, half = (8.0, self.height, 8.0), 0.5 * self.height
+        cells: dict[str, object] = {
+            "grid.cells": [round(self.cells * length) for length in box],
+            "time.step": DIFFUSION / self.cells**2 / viscosity,
+        }
+        return cells if self.height == 5.0 else cells | {
+            "grid.length": list(box), "boundary.y_lower_velocity": [-half, 0.0, 0.0],
+            "boundary.y_upper_velocity": [half, 0.0, 0.0],
+        }  # fmt: skip
+
+    def variables(self) -> dict[str, object]:
+        """Of in.liggghts."""
+        walls = {} if self.height == 5.0 else {"length_y": self.height, "wall_speed": 0.5 * self.height}
+        return {"fraction": self.fraction} | ({"lubrication_settings": self.films} if self.films else {}) | walls
+
+
+SUSPENSIONS = (
+    *(Suspension(6, fraction) for fraction in FRACTIONS),
+    Suspension(8, 0.2),
+    Suspension(6, 0.3, "-rough", ", roughness 0.01 R", "gapMin 0.01"),
+    Suspension(6, 0.3, "-rough-tall", ", roughness 0.01 R, walls 10 D apart", "gapMin 0.01", height=10.0),
+    Suspension(6, 0.3, "-normal", ", no film against sliding, roughness 0.025 R", "tangential off gapMin 0.025"),
+)
 
 
 def eilers_viscosity(fraction):
@@ -71,26 +109,22 @@ def suspension(runner: Runner) -> Result:
         # Markers at the depth that is right for drag, which grows as R; what a sphere adds here grows as R^3.
         result.rows.append(Row(f"viscosity that one sphere adds over its volume fraction, D/h = {n}", free, 2.5,
                                0.03, source="Einstein 1906"))  # fmt: skip
-    viscosity, box = 2.5, (8.0, 5.0, 8.0)
+    viscosity = 2.5
     found: dict[str, list[tuple[float, float]]] = {}
-    of_default, rough = "", "gapMin 0.01"
-    for n, fraction, film in [(6, fraction, of_default) for fraction in FRACTIONS] + [
-        (8, 0.2, of_default), (6, 0.3, rough),
-    ]:  # fmt: skip
-        run = runner("suspension", f"suspension-{fraction:g}-{n}" + ("-rough" if film else ""), {
-            "grid.cells": [round(n * length) for length in box], "time.step": DIFFUSION / n**2 / viscosity,
-        }, {"fraction": fraction} | ({"lubrication_settings": film} if film else {}))  # fmt: skip
-        history = run.history()
-        there = _fraction(run, math.prod(box))
-        mean = estimate(_wall_stress(run, viscosity)[history["time"] > 4.0], BATCHES)
+    for case in SUSPENSIONS:
+        label = f"suspension-{case.fraction:g}-{case.cells}{case.label}"
+        run = runner("suspension", label, case.settings(viscosity), case.variables())
+        there = _fraction(run, 64.0 * case.height)
+        stress = _wall_stress(run, viscosity)[run.history()["time"] > 4.0]
+        mean = estimate(stress, BATCHES)
         reference = float(eilers_viscosity(there))
+        name = f"D/h = {case.cells}{case.what}"
         # Eilers and Zarraga differ by 16 % at 0.3.
         result.rows.append(Row(
-            f"relative viscosity at {there:.3f}, D/h = {n}{', roughness 0.01 R' if film else ''}, +- "
-            f"{mean.half_width:.2f} (95 %)", mean.mean, reference,
+            f"relative viscosity at {there:.3f}, {name}, +- {mean.half_width:.2f} (95 %)", mean.mean, reference,
             0.15, source=f"Eilers; Zarraga et al. 2000 have {float(zarraga_viscosity(there)):.2f}",
         ))  # fmt: skip
-        found.setdefault(f"D/h = {n}" + (", roughness 0.01 R" if film else ""), []).append((there, mean.mean))
+        found.setdefault(name, []).append((there, mean.mean))
     for name, points in found.items():
         result.curves.append(marks(name, points))
     across = np.linspace(0.0, 0.32, 60)
