@@ -268,6 +268,9 @@ def _of_approach(step: float) -> float:
     return (number if number <= DIFFUSION else min(8.0, max(DIFFUSION, 0.5 * number**1.5))) / (OF_FILMS * DIFFUSION)
 
 
+# At which the held spheres say that they approach: the markers of a sphere stand where it says that it will be, which in
+# a long step would be a cell away.
+SLOW = 1e-3
 STEPS_OF_A_FILM = 40  # of implicit diffusion, behind which markers' kept force has taken most of what it takes
 
 
@@ -283,8 +286,8 @@ def _squeezed(runner: Runner, n: int, gap: float, step: float = OF_FILMS, loops:
         "grid.cells": [5 * n] * 3, "grid.length": [5.0, 5.0, 5.0],
         "boundary.y_upper_velocity": [0.0, 0.0, 0.0], "time.step": step * DIFFUSION / n**2,
         "time.end": _end_of_film(step, n, 0.6), "spheres.forcing_loops": loops,
-    }, {"speed": 1.0, "length": 5.0, "height": 5.0, "x": 2.53, "z": 2.47, "y": 0.5 + gap / n})  # fmt: skip
-    return float(last_load(run)[0][1]) / (3.0 * math.pi)
+    }, {"speed": SLOW, "length": 5.0, "height": 5.0, "x": 2.53, "z": 2.47, "y": 0.5 + gap / n})  # fmt: skip
+    return float(last_load(run)[0][1]) / (3.0 * math.pi * SLOW)
 
 
 def _squeezed_pair(
@@ -296,7 +299,7 @@ def _squeezed_pair(
     values = {"length": 5.0}
     for axis, centre, part in zip("xyz", (2.53, 2.51, 2.47), d, strict=True):
         values |= {f"{axis}1": centre - half * part, f"{axis}2": centre + half * part,
-                   f"u{axis}": part}  # fmt: skip
+                   f"u{axis}": SLOW * part}  # fmt: skip
     label = f"film-pair-{n}-{gap}-{name}" + ("" if (step, loops) == (OF_FILMS, 1) else f"-{step:g}-{loops}")
     run = runner("approach", label, {
         "grid.cells": [5 * n] * 3, "grid.length": [5.0, 5.0, 5.0], "time.step": step * DIFFUSION / n**2,
@@ -305,7 +308,7 @@ def _squeezed_pair(
     with h5py.File(run.folder / "spheres.h5") as file:
         tags, forces = file["mobile/tag"][-2:], file["mobile/force"][-2:]
     first, second = forces[np.argsort(tags)]
-    return 0.5 * float((second - first) @ d) / (3.0 * math.pi)
+    return 0.5 * float((second - first) @ d) / (3.0 * math.pi * SLOW)
 
 
 def film(runner: Runner) -> Result:
