@@ -268,8 +268,8 @@ def _of_approach(step: float) -> float:
     return (number if number <= DIFFUSION else min(8.0, max(DIFFUSION, 0.5 * number**1.5))) / (OF_FILMS * DIFFUSION)
 
 
-# At which the held spheres say that they approach: the markers of a sphere stand where it says that it will be, which in
-# a long step would be a cell away.
+# At which the held spheres say that they approach: the markers of a sphere stand where it says that it will be, in a
+# long step a cell away at a speed of 1.
 SLOW = 1e-3
 STEPS_OF_A_FILM = 40  # of implicit diffusion, behind which markers' kept force has taken most of what it takes
 
