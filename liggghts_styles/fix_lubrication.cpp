@@ -497,11 +497,8 @@ void FixLubrication::apply(const std::vector<Film>& films) {
   for (const Film& film : films) {
     push(film.i, film.force, film);
     if (film.j >= 0 && film.j < atom->nlocal) push(film.j, -film.force, film);
-    if (film.j < 0 && on_walls_ != nullptr) {
-      const Vector& n = film.normal;
-      const Vector force{film.force * n[0], film.force * n[1], film.force * n[2]};
-      on_walls_->take(n.data(), force.data(), update->dt);
-    }
+    if (film.j < 0 && on_walls_ != nullptr)
+      on_walls_->take(film.normal.data(), film.force * film.normal[0], update->dt);
   }
 }
 

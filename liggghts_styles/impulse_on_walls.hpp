@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cmath>
 
 namespace LAMMPS_NS {
@@ -9,18 +8,17 @@ class LAMMPS;
 
 namespace bedload {
 
-/// What the spheres of this rank have given to the walls below and above them, by contacts and by
-/// films [N s], since the coupling last sent it to the fluid: its flow does not feel it.
+/// What the spheres of this rank have given along x to the walls below and above them, by contacts
+/// and by films [N s], since the coupling last sent it to the fluid: its flow does not feel it.
 struct ImpulseOnWalls {
-  std::array<double, 3> below{}, above{};
+  double below = 0, above = 0;
 
-  /// J -= F dt, F on the sphere. A wall whose normal lies rather along x or z counts as neither.
+  /// J -= F dt. A wall whose normal lies rather along x or z counts as neither.
   /// @param normal of the wall, towards the sphere
-  /// @param force on the sphere [N]  @param time [s]
-  void take(const double* normal, const double* force, double time) {
+  /// @param force on the sphere along x [N]  @param time [s]
+  void take(const double* normal, double force, double time) {
     if (std::abs(normal[1]) < std::fmax(std::abs(normal[0]), std::abs(normal[2]))) return;
-    std::array<double, 3>& wall = normal[1] > 0 ? below : above;
-    for (std::size_t d = 0; d < wall.size(); ++d) wall[d] -= force[d] * time;
+    (normal[1] > 0 ? below : above) -= force * time;
   }
 };
 

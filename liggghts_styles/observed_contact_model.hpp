@@ -90,9 +90,8 @@ class ObservedContactModel : public LIGGGHTS::ContactModels::ContactModel<Style>
   /// A wall gets what the sphere does not get from it.
   void push_wall(const Close& s, const double* n, const Forces& forces) {
     if (mobility_.inverse_mass(*lmp_->atom, s.i, -1) == 0) return;
-    const double* f = forces.delta_F;
-    const double force[3] = {f[0], f[1], f[2]};
-    on_walls_->take(n, force, lmp_->update->dt);
+    const double* force = forces.delta_F;
+    on_walls_->take(n, force[0], lmp_->update->dt);
   }
 
   void record_close(const Close& s, double r, double gap, const Forces& i_forces) {

@@ -72,7 +72,7 @@ class TangentialFilms {
       };
       give(f.i, times(share, loads.force), times(share, loads.torque_i));
       if (wall && !f.mirrored && on_walls != nullptr && !mobility.held(atom.mask[f.i]))
-        on_walls->take(f.normal.data(), times(share, loads.force).data(), dt);
+        on_walls->take(f.normal.data(), share * loads.force[0], dt);
       if (!wall && f.j < atom.nlocal)
         give(f.j, times(-share, loads.force), times(share, loads.torque_j));
     }

@@ -302,7 +302,7 @@ template <class Real>
 std::array<double, 2> Simulation<Real>::grain_stress() const {
   const auto& length = channel_.grid().length;
   const double area_and_time = length[0] * length[2] * channel_.last_time_step();
-  return {account_.on_walls[0][0] / area_and_time, account_.on_walls[1][0] / area_and_time};
+  return {account_.on_walls[0] / area_and_time, account_.on_walls[1] / area_and_time};
 }
 
 template <class Real>

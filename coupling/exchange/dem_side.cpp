@@ -113,7 +113,7 @@ void DemSide::send_motion(MotionHeader header, std::span<const StateRecord> sphe
         std::make_shared<const Bytes>(pack(header, std::span<const StateRecord>(records[n]))));
     header.impulse = header.angular_impulse = {};  // the first has them
     header.lost = header.angular_lost = {};
-    header.on_lower_walls = header.on_upper_walls = {};
+    header.on_lower_walls = header.on_upper_walls = 0.0;
     header.collisions = 0;
   }
 }

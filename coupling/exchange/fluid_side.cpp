@@ -213,8 +213,8 @@ Motion FluidSide::receive_motion() {
     add(sums.angular_given, header.angular_impulse);
     add(sums.given, header.lost);
     add(sums.angular_given, header.angular_lost);
-    add(sums.on_walls[0], header.on_lower_walls);
-    add(sums.on_walls[1], header.on_upper_walls);
+    sums.on_walls[0] += header.on_lower_walls;
+    sums.on_walls[1] += header.on_upper_walls;
     collisions_ += header.collisions;
     renewal_due_ = header.renewed != 0;
     motion.dem_began =
@@ -245,7 +245,7 @@ std::vector<SphereState> FluidSide::receive_renewed() {
 }
 
 StepAccount FluidSide::settle() {
-  static_assert(sizeof(sums_) == std::tuple_size_v<decltype(sums_)> * 20 * sizeof(double));
+  static_assert(sizeof(sums_) == std::tuple_size_v<decltype(sums_)> * 16 * sizeof(double));
   struct {
     decltype(sums_) stages;
     double collisions, mobile, renewed, kinds;  // exact in a double
@@ -258,7 +258,7 @@ StepAccount FluidSide::settle() {
         std::max({account.momentum_residual, relative_difference(s.given, s.sent, s.size),
                   relative_difference(s.angular_given, s.angular_sent, s.angular_size)});
     for (std::size_t end = 0; end < s.on_walls.size(); ++end)
-      add(account.on_walls[end], s.on_walls[end]);
+      account.on_walls[end] += s.on_walls[end];
   }
   account.collisions = all.collisions < 0.0 ? -1 : static_cast<std::int64_t>(all.collisions);
   account.mobile = static_cast<std::int64_t>(all.mobile);

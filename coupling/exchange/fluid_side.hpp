@@ -34,8 +34,8 @@ struct StepAccount {
   std::int64_t collisions = -1;  ///< finished so far in the whole run; -1: they are not counted
   std::int64_t mobile = 0;       ///< mobile spheres now
   double kinds = 0.0;            ///< kinds_of() the mobile spheres now
-  /// That the spheres gave to walls below and above them, by contacts and films [M L/T].
-  std::array<Triple, 2> on_walls{};
+  /// That the spheres gave along x to walls below and above them, by contacts and films [M L/T].
+  std::array<double, 2> on_walls{};
 };
 
 /// A whole number that changes when one of the mobile spheres comes, goes, or gets another size or
@@ -104,7 +104,7 @@ class FluidSide {
   /// sphere that is gone, as its partners say.
   struct StageSums {
     Triple sent{}, angular_sent{}, given{}, angular_given{};
-    std::array<Triple, 2> on_walls{};  ///< StepAccount::on_walls
+    std::array<double, 2> on_walls{};  ///< StepAccount::on_walls
     double size = 0.0, angular_size = 0.0;
   };
   void post_loads(const LoadHeader& header, std::span<const SphereLoad> loads);

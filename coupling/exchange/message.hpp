@@ -64,8 +64,7 @@ struct MotionHeader {
   Triple angular_impulse;  ///< the same of the torque [M L^2/T]
   Triple lost,
       angular_lost;  ///< what spheres that were deleted would have got in the rest of the stage
-  Triple on_lower_walls,
-      on_upper_walls;       ///< that this rank's spheres gave to walls below and above them [M L/T]
+  double on_lower_walls, on_upper_walls;  ///< ImpulseOnWalls of this rank [M L/T]
   std::int64_t collisions;  ///< finished so far, all on rank 0's record; -1 there: not counted
   std::int64_t renewed;     ///< 1: the script may change spheres now; their motion comes once more
   double began, ended;      ///< clock [s] around the sub-steps, for the time line

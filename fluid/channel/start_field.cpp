@@ -97,20 +97,20 @@ double StartProfile::Couette::at(double share, std::size_t component) const {
 
 StartProfile::StartProfile(const Settings& settings, const Grid& grid)
     : kind_(settings.start.from),
+      y_walls_(grid, 1),
       width_(grid.length[2]),
       y_is_periodic_(grid.periodic(1)),
-      lower_wall_(grid.walls[1][0] == Wall::no_slip || settings.start.height > 0.0),
-      upper_wall_(grid.walls[1][1] == Wall::no_slip),
       bottom_(settings.start.height),
       depth_(grid.length[1] - settings.start.height),
       velocity_(settings.start.velocity),
-      viscosity_(settings.fluid.kinematic_viscosity),
-      lower_velocity_(settings.start.height > 0.0 ? 0.0 : grid.wall_velocity[1][0][0]),
-      upper_velocity_(grid.wall_velocity[1][1][0]),
-      lower_across_(settings.start.height > 0.0 ? 0.0 : grid.wall_velocity[1][0][2]),
-      upper_across_(grid.wall_velocity[1][1][2]) {
-  if (kind_ == Start::laminar && !lower_wall_ && !upper_wall_) along_z_ = Couette(grid, 2);
-  if (kind_ != Start::logarithmic || velocity_ == 0.0 || (!lower_wall_ && !upper_wall_)) return;
+      viscosity_(settings.fluid.kinematic_viscosity) {
+  if (bottom_ > 0.0) {  // a bed, at rest
+    y_walls_.lower = true;
+    y_walls_.lower_velocity = {};
+  }
+  const bool held = y_walls_.lower || y_walls_.upper;
+  if (!held) z_walls_ = Couette(grid, 2);
+  if (kind_ != Start::logarithmic || velocity_ == 0.0 || !held) return;
   double low = 0.0, high = std::abs(velocity_);  // u_tau from the mean velocity, by bisection
   const auto too_slow = [&](double u_tau) {
     friction_velocity_ = u_tau;
@@ -139,17 +139,18 @@ double StartProfile::mean() const {
 
 /// The profile at the share s of the depth.
 double StartProfile::shape(double s) const {
+  const bool lower = y_walls_.lower, upper = y_walls_.upper;
   if (kind_ == Start::logarithmic) {
-    if (!lower_wall_ && !upper_wall_) return velocity_;
-    double distance = depth_ * (lower_wall_ ? s : 1.0 - s);
-    if (lower_wall_ && upper_wall_) distance = depth_ * std::min(s, 1.0 - s);
+    if (!lower && !upper) return velocity_;
+    double distance = depth_ * (lower ? s : 1.0 - s);
+    if (lower && upper) distance = depth_ * std::min(s, 1.0 - s);
     return std::copysign(law_of_the_wall(distance), velocity_);
   }
-  if (lower_wall_ && upper_wall_)
-    return 6.0 * velocity_ * s * (1.0 - s) + lower_velocity_ * (1.0 - s) + upper_velocity_ * s;
-  if (lower_wall_) return 1.5 * velocity_ * s * (2.0 - s) + lower_velocity_;
-  if (upper_wall_) return 1.5 * velocity_ * (1.0 - s) * (1.0 + s) + upper_velocity_;
-  return velocity_;
+  const double parabola = lower && upper ? 6.0 * s * (1.0 - s)
+                          : lower        ? 1.5 * s * (2.0 - s)
+                          : upper        ? 1.5 * (1.0 - s) * (1.0 + s)
+                                         : 1.0;
+  return velocity_ * parabola + y_walls_.at(s, 0);
 }
 
 double StartProfile::operator()(double y) const {
@@ -159,14 +160,13 @@ double StartProfile::operator()(double y) const {
 
 double StartProfile::across(double y) const {
   if (kind_ != Start::laminar || y < bottom_) return 0.0;
-  const double s = (y - bottom_) / depth_;
-  if (lower_wall_ && upper_wall_) return lower_across_ * (1.0 - s) + upper_across_ * s;
-  return lower_wall_ ? lower_across_ : upper_across_;
+  return y_walls_.at((y - bottom_) / depth_, 2);
 }
 
 std::array<double, 2> StartProfile::between_z_walls(double z) const {
+  if (kind_ != Start::laminar) return {};
   const double s = z / width_;
-  return {along_z_.at(s, 0), y_is_periodic_ ? along_z_.at(s, 1) : 0.0};
+  return {z_walls_.at(s, 0), y_is_periodic_ ? z_walls_.at(s, 1) : 0.0};
 }
 
 template <class Real>

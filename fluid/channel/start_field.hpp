@@ -44,13 +44,10 @@ class StartProfile {
   };
 
   Start kind_;
-  Couette along_z_;
+  Couette y_walls_, z_walls_;
   double width_;
   bool y_is_periodic_;
-  bool lower_wall_, upper_wall_;
   double bottom_, depth_, velocity_, viscosity_;
-  double lower_velocity_, upper_velocity_;
-  double lower_across_, upper_across_;
   double friction_velocity_ = 0.0;
 };
 
