@@ -125,13 +125,14 @@ void LiggghtsScreen::take_line() {
   const char* name = program_name(Program::dem);
   if (line_.starts_with("ERROR")) {
     saw_error_ = true;
+    const bool of_triangles = line_.find(lost_triangle) != std::string::npos;
     if (all_ != nullptr) {
       if (const std::string there = place(line_); !there.empty())
         std::fprintf(all_, "%s:%s\n", name, there.c_str());
+      if (of_triangles) std::fprintf(all_, "%s: %s\n", name, about_triangles);
     } else if (!another_speaks(line_)) {
       silence_peers();
-      if (line_.find(lost_triangle) != std::string::npos)
-        line_ = fmt::format("ERROR: {} ({})", about_triangles, line_);
+      if (of_triangles) line_ = fmt::format("ERROR: {} ({})", about_triangles, line_);
       std::fprintf(stderr, "\n%s: %s%s%s\n", name, line_.c_str(), place(line_).c_str(),
                    last_checkpoint_sentence().c_str());
     }

@@ -146,9 +146,17 @@ def statistics_lines(run: Run) -> list[Line]:
     return lines
 
 
+def relative_stress(run: Run, whose: str) -> np.ndarray:
+    """Stress along x of the "wall" (by the fluid) or the "grain", mean of both y walls, over what the fluid alone gives
+    to walls that slide past each other, per row of history.csv."""
+    history, boundary = run.history(), run.settings["boundary"]
+    sliding = boundary["y_upper_velocity"][0] - boundary["y_lower_velocity"][0]
+    alone = run.value("fluid.density") * run.viscosity * sliding / float(run.box[1])
+    return (history[f"{whose}_stress_lower"] - history[f"{whose}_stress_upper"]) / (2.0 * alone)
+
+
 def shear_lines(run: Run, history: dict[str, np.ndarray], since: float) -> list[Line]:
-    """Relative viscosity of what lies between y walls that slide past each other, nothing else driving it: their stress
-    along x, by fluid and grains, over that of the fluid alone."""
+    """Relative viscosity of what lies between y walls that slide past each other, nothing else driving it."""
     boundary = run.settings.get("boundary", {})
     driven = run.settings.get("flow", {}).get("driving", "none") != "none"
     lower, upper = (boundary.get(f"y_{end}_velocity", (0.0,))[0] for end in ("lower", "upper"))
@@ -156,11 +164,9 @@ def shear_lines(run: Run, history: dict[str, np.ndarray], since: float) -> list[
         return []
     if "grain_stress_lower" not in history:  # a run of before
         return []
-    alone = run.value("fluid.density") * run.viscosity * (upper - lower) / float(run.box[1])
     by_fluid, by_grains = (
-        mean_over_time(history["time"], history[f"{whose}_stress_lower"] - history[f"{whose}_stress_upper"], since)
-        / (2.0 * alone) for whose in ("wall", "grain")
-    )  # fmt: skip
+        mean_over_time(history["time"], relative_stress(run, whose), since) for whose in ("wall", "grain")
+    )
     meaning = f"second half; {by_fluid:.3f} of it by the fluid, {by_grains:.3f} by grains on walls"
     return [Line("relative viscosity", f"{by_fluid + by_grains:.3f}", meaning)]
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from bedload_post.batches import estimate
 from bedload_post.outputs import Run
+from bedload_post.summary import relative_stress
 from scipy.optimize import brentq
 
 from .sphere_theory import VOLUME, standard_drag_coefficient
@@ -78,12 +79,9 @@ def _fraction(run: Run, volume: float) -> float:
     return float(run.history()["mobile_spheres"][-1]) * VOLUME / volume
 
 
-def _wall_stress(run: Run, viscosity: float) -> np.ndarray:
-    """Mean of both walls' stress, by fluid and spheres, over that of the shear flow without spheres, per row of
-    history.csv."""
-    history = run.history()
-    lower, upper = (history[f"wall_stress_{wall}"] + history[f"grain_stress_{wall}"] for wall in ("lower", "upper"))
-    return (lower - upper) / (2.0 * viscosity)
+def _viscosity(run: Run) -> np.ndarray:
+    """Relative viscosity, by what the fluid and spheres give to the walls, per row of history.csv."""
+    return relative_stress(run, "wall") + relative_stress(run, "grain")
 
 
 def _of_one_sphere(runner: Runner, n: int, width: int) -> float:
@@ -94,7 +92,7 @@ def _of_one_sphere(runner: Runner, n: int, width: int) -> float:
         "boundary.y_lower_velocity": [-half, 0.0, 0.0], "boundary.y_upper_velocity": [half, 0.0, 0.0],
         "time.step": DIFFUSION / n**2 / viscosity, "time.end": 0.02 * width**2,
     }, {"length": float(width)})  # fmt: skip
-    return float(_wall_stress(run, viscosity)[-1] - 1.0) * width**3 / VOLUME
+    return float(_viscosity(run)[-1] - 1.0) * width**3 / VOLUME
 
 
 def suspension(runner: Runner) -> Result:
@@ -115,8 +113,7 @@ def suspension(runner: Runner) -> Result:
         label = f"suspension-{case.fraction:g}-{case.cells}{case.label}"
         run = runner("suspension", label, case.settings(viscosity), case.variables())
         there = _fraction(run, 64.0 * case.height)
-        stress = _wall_stress(run, viscosity)[run.history()["time"] > 4.0]
-        mean = estimate(stress, BATCHES)
+        mean = estimate(_viscosity(run)[run.history()["time"] > 4.0], BATCHES)
         reference = float(eilers_viscosity(there))
         name = f"D/h = {case.cells}{case.what}"
         # Eilers and Zarraga differ by 16 % at 0.3.
@@ -131,8 +128,9 @@ def suspension(runner: Runner) -> Result:
     for name, fit in (("Eilers", eilers_viscosity), ("Zarraga et al. 2000", zarraga_viscosity)):
         result.curves.append(Curve(name, across.tolist(), fit(across).tolist()))
     result.remarks.append(
-        "Means over a strain of 4 to 10 of what the fluid and the spheres give to walls 5 D apart, with actm_hw, a "
-        "friction coefficient of 0.15 and films down to a roughness of 0.001 R where nothing else is said. What "
+        "Means over a strain of 4 to 10 of what the fluid and the spheres give to the walls, with actm_hw and a "
+        "friction coefficient of 0.15; walls 5 D apart and films down to a roughness of 0.001 R where nothing else is "
+        "said. What "
         "one sphere adds is of two cells, 4 D and 6 D wide, less what falls with the cell's volume."
     )
     return result

@@ -48,19 +48,13 @@ def test_what_images_take():
 
 
 class MadeUp:
-    """Two instants of two spheres that fall along -x, at 1 and 2, then at 3 and 5; walls' stress 2 and -4, of
-    which spheres give 0.5 and -1.5."""
+    """Two instants of two spheres that fall along -x, at 1 and 2, then at 3 and 5."""
 
     def sample_blocks(self, since):
         time, tag, zero = np.array([0.0, 0.0, 1.0, 1.0]), np.array([1, 2, 1, 2]), np.zeros((4, 3))
         velocity = zero - np.array([1.0, 2.0, 3.0, 5.0])[:, None] * [1, 0, 0]
         return [Samples(time, tag, zero, velocity, zero, np.full(4, 0.5))]
 
-    def history(self):
-        of_fluid = {"wall_stress_lower": np.array([1.5]), "wall_stress_upper": np.array([-2.5])}
-        return of_fluid | {"grain_stress_lower": np.array([0.5]), "grain_stress_upper": np.array([-1.5])}
 
-
-def test_means_of_a_run():
+def test_mean_fall_of_a_run():
     assert suspensions.mean_fall(MadeUp(), 0.0).tolist() == [1.5, 4.0]
-    assert suspensions._wall_stress(MadeUp(), 1.5).tolist() == [2.0]
