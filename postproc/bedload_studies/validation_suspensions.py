@@ -24,24 +24,21 @@ class Suspension:
     label: str = ""  # of the run's folder
     what: str = ""
     films: str = ""  # settings of fix lubrication
-    height: float = 5.0  # between the walls [D], which the scene has so
+    height: float = 5.0  # between the walls [D]
 
     def settings(self, viscosity: float) -> dict[str, object]:
         """Of fluid.toml; the walls' speeds keep the shear rate at 1."""
-        box, half = (8.0, self.height, 8.0), 0.5 * self.height
-        cells: dict[str, object] = {
-            "grid.cells": [round(self.cells * length) for length in box],
+        box, half = [8.0, self.height, 8.0], 0.5 * self.height
+        return {
+            "grid.cells": [round(self.cells * length) for length in box], "grid.length": box,
+            "boundary.y_lower_velocity": [-half, 0.0, 0.0], "boundary.y_upper_velocity": [half, 0.0, 0.0],
             "time.step": DIFFUSION / self.cells**2 / viscosity,
-        }
-        return cells if self.height == 5.0 else cells | {
-            "grid.length": list(box), "boundary.y_lower_velocity": [-half, 0.0, 0.0],
-            "boundary.y_upper_velocity": [half, 0.0, 0.0],
         }  # fmt: skip
 
     def variables(self) -> dict[str, object]:
         """Of in.liggghts."""
-        walls = {} if self.height == 5.0 else {"length_y": self.height, "wall_speed": 0.5 * self.height}
-        return {"fraction": self.fraction} | ({"lubrication_settings": self.films} if self.films else {}) | walls
+        walls = {"fraction": self.fraction, "length_y": self.height, "wall_speed": 0.5 * self.height}
+        return walls | ({"lubrication_settings": self.films} if self.films else {})
 
 
 SUSPENSIONS = (
