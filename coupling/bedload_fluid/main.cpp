@@ -213,15 +213,18 @@ int simulate(Job& job, const FluidOptions& options, const Settings& settings, Fl
   const bool countable = settings.time.cfl == 0.0 || most >= 0;
   std::optional<LoadGroup> kept;
   if (from) kept = from->run().group(output_group);
+  // What stands in the folder is the run that goes on, or to be overwritten.
+  const std::int64_t kept_until = from && !options.overwrite ? simulation.channel().step() : -1;
   RunOutput<Real> output(
       options.out, simulation,
       countable ? std::optional(simulation.channel().step() + left) : std::nullopt,
-      effects_of(settings, numbers, dem), kept ? &*kept : nullptr);
-  Checkpoints<Real> checkpoints(options.out, simulation, output, partner, from);
+      effects_of(settings, numbers, dem), kept ? &*kept : nullptr, kept_until);
+  Checkpoints<Real> checkpoints(options.out, simulation, output, partner, from, kept_until);
   if (from) from->state.reset();
   std::string line;
   std::optional<std::string> cut_short;
-  for (std::int64_t made = 0; left > 0 && !cut_short;) {
+  std::int64_t made = 0;
+  while (left > 0 && !cut_short) {
     const bool last = left == 1;
     const double began = clock_seconds();
     if (made == options.warm_up) simulation.timing().restart();
@@ -233,6 +236,12 @@ int simulate(Job& job, const FluidOptions& options, const Settings& settings, Fl
     left = last ? 0 : count_steps(simulation.channel(), most < 0 ? most : most - made);
     cut_short = checkpoints.after_step();
   }
+  if (made <= options.warm_up && options.warm_up > 0 && job.rank() == 0)
+    fmt::print(
+        stderr,
+        "\nbedload-fluid: NOTE: --warm-up {} is not less than the {} steps made: the table of "
+        "times holds them all.\n",
+        options.warm_up, made);
   checkpoints.write();
   end_in_good_order();
   if (partner) partner->stop();

@@ -66,8 +66,9 @@ void check_together(const FluidOptions& options) {
     throw UserError(fmt::format(
         "--warm-up {} leaves none of the --steps {} for the table of times; take fewer.",
         options.warm_up, options.steps));
+  std::error_code error;  // a folder that is not there yet is another one
   if (options.overwrite && !options.restart.empty() &&
-      options.out == run_of_checkpoint(options.restart))
+      std::filesystem::equivalent(options.out, run_of_checkpoint(options.restart), error))
     throw UserError(fmt::format(
         "--overwrite removes the checkpoints of {}, from which --restart goes on; leave out one of "
         "them.",

@@ -84,7 +84,8 @@ void RunOutput<Real>::Boundary::load(const LoadGroup& group) {
 template <class Real>
 RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulation,
                            std::optional<std::int64_t> last_step,
-                           const std::vector<EffectRow>& effects, const LoadGroup* resume)
+                           const std::vector<EffectRow>& effects, const LoadGroup* resume,
+                           std::int64_t kept_until)
     : folder_(folder),
       simulation_(simulation),
       settings_(simulation.channel().settings()),
@@ -99,7 +100,7 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
       cfl_made_(simulation.channel().cfl()),
       cfl_to_come_(cfl_made_),
       fields_(folder, simulation.channel().grid(), simulation.channel().decomposition(),
-              resume ? simulation.channel().step() : -1) {
+              kept_until) {
   const MPI_Comm comm = simulation_.channel().comm();
   if (settings_.statistics.every > 0) {
     const Channel<Real>& channel = simulation_.channel();
@@ -108,14 +109,12 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
     statistics_phase_ = simulation_.timing().add_phase("statistics");
   }
   const DerivedNumbers numbers = derive_numbers(settings_);
-  const std::int64_t resume_after = resume ? simulation_.channel().step() : -1;
   if (resume) load(*resume);
   on_first_rank(comm, [&] { write_settings_file(folder_, settings_, numbers); });
   if (simulation_.may_have_spheres())
-    spheres_ =
-        std::make_unique<SphereWriter>(folder_, comm, simulation_.fixed_here(), resume_after);
+    spheres_ = std::make_unique<SphereWriter>(folder_, comm, simulation_.fixed_here(), kept_until);
   on_first_rank(comm, [&] {
-    history_ = std::make_unique<History>(folder_, resume_after);
+    history_ = std::make_unique<History>(folder_, kept_until);
     history_step_ = history_->kept_until();  // that of the checkpoint, should no step follow
   });
   MPI_Bcast(&history_step_, 1, MPI_INT64_T, 0, comm);
@@ -123,7 +122,8 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
   if (first_rank_) {
     warn(warnings(settings_, numbers));
     warn(warnings(settings_, extremes));
-    if (!simulation_.may_have_spheres()) warn(warnings_without_spheres(settings_));
+    if (!simulation_.may_have_mobile_spheres())
+      warn(warnings_without_spheres(settings_, simulation_.may_have_spheres()));
     fmt::print("{}\n\n{}\n{}\n{}", printable(settings_.title), derived_as_comments(numbers),
                effects_table(effects_), length_hints(settings_.grid.cells));
     fmt::print("{}", size_of_samples(!resume));

@@ -31,10 +31,11 @@ class RunOutput {
  public:
   /// Writes settings.toml and the spheres at the start into a folder that exists, prints the
   /// effects. `last_step`: where it is known in advance. With `resume` the run goes on from an
-  /// earlier one: files that stand in the folder are continued behind its step.
+  /// earlier one. Files that stand in the folder are continued behind the step `kept_until`; -1:
+  /// they begin anew.
   RunOutput(const std::string& folder, Simulation<Real>& simulation,
             std::optional<std::int64_t> last_step, const std::vector<EffectRow>& effects,
-            const LoadGroup* resume = nullptr);
+            const LoadGroup* resume, std::int64_t kept_until);
 
   /// After each step: what is due.
   void after_step();

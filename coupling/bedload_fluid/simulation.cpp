@@ -83,10 +83,7 @@ void Simulation<Real>::count_spheres() {
 template <class Real>
 void Simulation<Real>::make_step(bool last) {
   begin_step();
-  if (partner_ && partner_->renewal_due()) {
-    motion_.mobile = timing_.measure(phases_.waiting, [&] { return partner_->receive_renewed(); });
-    timing_.measure(phases_.markers, [&] { move_spheres(channel_.last_time_step()); });
-  }
+  renew_spheres();
   for (int stage = 0; stage < stage_count; ++stage) {
     if (energy_) energy_->begin_stage(channel_.velocity(), stage);
     if (!channel_.immersed_boundary() && !partner_) {
@@ -129,6 +126,13 @@ void Simulation<Real>::make_step(bool last) {
 }
 
 template <class Real>
+void Simulation<Real>::renew_spheres() {
+  if (!partner_ || !partner_->renewal_due()) return;
+  motion_.mobile = timing_.measure(phases_.waiting, [&] { return partner_->receive_renewed(); });
+  timing_.measure(phases_.markers, [&] { move_spheres(channel_.last_time_step()); });
+}
+
+template <class Real>
 void Simulation<Real>::resume() {
   if (!partner_) return;
   std::ranges::copy_if(spheres_, std::back_inserter(motion_.mobile), &SphereState::mobile);
@@ -145,7 +149,7 @@ template <class Real>
 void Simulation<Real>::end_stage(int stage) {
   if (!energy_) return;
   const Settings& s = channel_.settings();
-  energy_->end_stage(channel_.velocity(), stage, channel_.time_step(), s.fluid.kinematic_viscosity,
+  energy_->end_stage(channel_.velocity(), stage, channel_.time_step(), s.fluid,
                      diffusion_is_implicit(s, channel_.grid()));
 }
 
@@ -162,7 +166,7 @@ void Simulation<Real>::move_spheres(double dt) {
 template <class Real>
 void Simulation<Real>::place_spheres(double dt) {
   const double stage = runge_kutta[static_cast<std::size_t>(channel_.next_stage())].two_alpha * dt;
-  channel_.move_spheres(at_end_of_stage(channel_.grid(), motion_.mobile, stage));
+  channel_.move_spheres(at_end_of_stage(channel_.grid(), motion_.mobile, stage), dt);
 }
 
 /// LIGGGHTS never hears of a load that is no number.
@@ -236,10 +240,10 @@ std::vector<SphereState> Simulation<Real>::here(bool mobile) const {
 
 template <class Real>
 SphereExtremes Simulation<Real>::extremes() const {
-  const SphereExtremes mine = extremes_of(channel_.settings(), mobile_here());
-  std::array<double, 7> least{mine.lightest, -mine.heaviest,      mine.thinnest_layer,
-                              -mine.fastest, -mine.fastest_light, mine.lightest_ratio,
-                              -mine.widest};
+  const SphereExtremes mine = extremes_of(channel_.settings(), mobile_here(), channel_.time_step());
+  std::array<double, 8> least{mine.lightest, -mine.heaviest,         mine.thinnest_layer,
+                              -mine.fastest, -mine.fastest_light,    mine.lightest_ratio,
+                              -mine.widest,  mine.weigh ? -1.0 : 0.0};
   MPI_Allreduce(MPI_IN_PLACE, least.data(), static_cast<int>(least.size()), MPI_DOUBLE, MPI_MIN,
                 channel_.comm());
   double reynolds = mine.thinnest_layer == least[2] ? mine.reynolds : 0.0;
@@ -251,7 +255,9 @@ SphereExtremes Simulation<Real>::extremes() const {
           .fastest = -least[3],
           .fastest_light = -least[4],
           .lightest_ratio = least[5],
-          .widest = -least[6]};
+          .weigh = least[7] < 0.0,
+          .widest = -least[6],
+          .time_step = mine.time_step};
 }
 
 template <class Real>

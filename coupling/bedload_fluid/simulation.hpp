@@ -34,6 +34,10 @@ class Simulation {
   /// After a restart has restored the flow: places the spheres as the stage before has left them.
   /// Collective.
   void resume();
+  /// Takes over what LIGGGHTS' script has changed between two coupled runs, where something is due:
+  /// done at the begin of a step, and to be done before a checkpoint, of which LIGGGHTS' half knows
+  /// of it. Collective.
+  void renew_spheres();
   /// One time step; `last`: none follows. Collective.
   void make_step(bool last);
 
@@ -51,6 +55,7 @@ class Simulation {
   /// Whether there have been spheres at its begin, or a partner who may insert some; the same on
   /// every rank.
   bool may_have_spheres() const { return may_have_spheres_; }
+  bool may_have_mobile_spheres() const { return partner_ != nullptr; }
   /// The mobile, or fixed, spheres whose centre lies in this rank's block.
   std::vector<SphereState> mobile_here() const { return here(true); }
   std::vector<SphereState> fixed_here() const { return here(false); }

@@ -272,7 +272,8 @@ void restore_flow(const Resumption& from, Channel<Real>& channel) {
 
 template <class Real>
 Checkpoints<Real>::Checkpoints(const std::string& out, Simulation<Real>& simulation,
-                               RunOutput<Real>& output, FluidSide* partner, const Resumption* from)
+                               RunOutput<Real>& output, FluidSide* partner, const Resumption* from,
+                               std::int64_t kept_until)
     : out_(out),
       simulation_(simulation),
       output_(output),
@@ -290,7 +291,7 @@ Checkpoints<Real>::Checkpoints(const std::string& out, Simulation<Real>& simulat
   }
   on_first_rank(simulation_.channel().comm(), [&] {
     discard_checkpoint(out_);
-    forget_checkpoints_after(out_, from ? from->header.step : -1);
+    forget_checkpoints_after(out_, kept_until);
   });
 }
 
@@ -345,6 +346,7 @@ void Checkpoints<Real>::write() {
   simulation_.timing().measure(phase_, [&] {
     const MPI_Comm comm = channel.comm();
     output_.flush();
+    simulation_.renew_spheres();
     channel.renew_ghosts();
     std::string folder;
     on_first_rank(comm, [&] { begin_checkpoint(out_); });

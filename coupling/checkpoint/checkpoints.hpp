@@ -64,9 +64,10 @@ void restore_flow(const Resumption& from, Channel<Real>& channel);
 template <class Real>
 class Checkpoints {
  public:
-  /// `from`: the one that the run goes on from.
+  /// `from`: the one that the run goes on from. Those of `out` behind the step `kept_until` are
+  /// removed; -1: all.
   Checkpoints(const std::string& out, Simulation<Real>& simulation, RunOutput<Real>& output,
-              FluidSide* partner, const Resumption* from);
+              FluidSide* partner, const Resumption* from, std::int64_t kept_until);
 
   /// After each step: writes what is due. Returns why the run has to end before its time, nothing
   /// when it goes on.

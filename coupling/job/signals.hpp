@@ -14,8 +14,8 @@ void listen_to_signals();
 /// From here on signals are left to the partner program, which will end the job in good order.
 void leave_signals_to_partner();
 
-/// The strongest wish so far of this process, which is forgotten with this; `signal` is set to the
-/// number of the one that asked for the end.
+/// The strongest wish so far of this process; one for a checkpoint is forgotten with this, one for
+/// the end stays. `signal` is set to the number of the one that asked for the end.
 Wish take_wish(int& signal);
 
 }  // namespace bedload

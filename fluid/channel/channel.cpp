@@ -65,11 +65,11 @@ void Channel<Real>::set_spheres(std::span<const SphereState> spheres) {
 }
 
 template <class Real>
-void Channel<Real>::move_spheres(std::span<const SphereState> moved) {
+void Channel<Real>::move_spheres(std::span<const SphereState> moved, double last_step) {
   check_in_cubes(settings_.file, grid_, moved);
   if (!boundary_)
     boundary_ = std::make_unique<ImmersedBoundary<Real>>(settings_, grid_, decomposition_);
-  boundary_->move_spheres(moved, next_stage_ == 0);
+  boundary_->move_spheres(moved, last_step, next_stage_ == 0);
 }
 
 template <class Real>

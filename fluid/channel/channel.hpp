@@ -53,8 +53,9 @@ class Channel {
   /// some come or go. Collective.
   void set_spheres(std::span<const SphereState> spheres);
   /// The mobile spheres as they are now: all that are near this rank's block, others may be among
-  /// them.
-  void move_spheres(std::span<const SphereState> moved);
+  /// them. `last_step` is the length of a step [T] by which they are weighed: of the one made last,
+  /// which a restart knows, too.
+  void move_spheres(std::span<const SphereState> moved, double last_step);
 
   /// Length of the step about to be made [T]: time.step, or what time.cfl allows.
   double time_step() const { return dt_; }

@@ -55,7 +55,7 @@ void EnergyAccount<Real>::forced(const Field<Real>& velocity) {
 
 template <class Real>
 void EnergyAccount<Real>::end_stage(const Field<Real>& velocity, int stage, double dt,
-                                    double viscosity, bool implicit) {
+                                    const Settings::Fluid& fluid, bool implicit) {
   const double mass = grid_.volume();
   if (forced_)
     work_.forcing += 0.5 *
@@ -67,9 +67,10 @@ void EnergyAccount<Real>::end_stage(const Field<Real>& velocity, int stage, doub
   renew(mean, velocity, [](Real now, Real before) { return Real(0.5) * (before + now); });
   const auto tendency = [&](double weight, const Field<Real>& from) {
     if (weight == 0.0) return;
-    work_.convective +=
-        weight / (grid_.h * mass) * convective_power_integral(mean, from, grid_, decomposition_);
-    work_.viscous += weight * viscosity / (grid_.h * grid_.h * mass) *
+    if (fluid.convection)
+      work_.convective +=
+          weight / (grid_.h * mass) * convective_power_integral(mean, from, grid_, decomposition_);
+    work_.viscous += weight * fluid.kinematic_viscosity / (grid_.h * grid_.h * mass) *
                      viscous_power_integral(mean, from, grid_, decomposition_);
   };
   const Stage& weights = runge_kutta[static_cast<std::size_t>(stage)];

@@ -38,9 +38,10 @@ class EnergyAccount {
   void begin_stage(const Field<Real>& velocity, int stage);
   void predicted(const Field<Real>& velocity);
   void forced(const Field<Real>& velocity);
-  /// Collective. With implicit diffusion its work is not followed, nor that of the forcing, a part
-  /// of which stands in its equation (immersed_boundary/marker_force.hpp).
-  void end_stage(const Field<Real>& velocity, int stage, double dt, double viscosity,
+  /// Collective. Convection does no work where it is off. With implicit diffusion its work is not
+  /// followed, nor that of the forcing, a part of which stands in its equation
+  /// (immersed_boundary/marker_force.hpp).
+  void end_stage(const Field<Real>& velocity, int stage, double dt, const Settings::Fluid& fluid,
                  bool implicit);
 
   /// Of the last step.

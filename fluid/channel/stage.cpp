@@ -33,9 +33,9 @@ void Channel<Real>::predict(int stage, bool all_planes) {
 
 template <class Real>
 std::vector<SphereLoad> Channel<Real>::force_spheres(int stage) {
+  next_stage_ = (stage + 1) % stage_count;
   if (!boundary_) return {};
   boundary_->force(velocity_, stage_step(stage), stage == 0 ? time_step() : 0.0);
-  next_stage_ = (stage + 1) % stage_count;
   const int top = decomposition_.planes() - 1;
   if (decomposition_.at_upper_wall() && predicted_ > top)
     for (int k = 0; k < decomposition_.rows(); ++k) walls_.close_wall_face(velocity_, top, k);

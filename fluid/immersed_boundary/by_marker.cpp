@@ -18,19 +18,23 @@ constexpr int found_numbers_message = 24, all_numbers_message = 25;  // message 
 }  // namespace
 
 /// What is kept of the markers of the spheres that stay, by tag, goes over to `now`: volumes of
-/// those of the same size, forces where they are still in their place, too.
+/// those of the same size, forces where they are still in their place, too. Returns whether one is
+/// new or of another size, for the markers of which nobody knows a volume.
 template <class Real>
-void ImmersedBoundary<Real>::keep_by_marker(std::vector<Mobile>& now) {
+bool ImmersedBoundary<Real>::keep_by_marker(std::vector<Mobile>& now) {
+  bool remade = false;
   auto old = mobile_.begin();
   for (Mobile& sphere : now) {
+    remade |= sphere.state.is_new;
     while (old != mobile_.end() && old->state.tag < sphere.state.tag) ++old;
-    if (old == mobile_.end()) break;
-    if (old->state.tag != sphere.state.tag || sphere.state.is_new ||
-        old->state.radius != sphere.state.radius)
-      continue;
+    if (old == mobile_.end() || old->state.tag != sphere.state.tag) continue;  // of another rank
+    const bool other_size = old->state.radius != sphere.state.radius;
+    remade |= other_size;
+    if (sphere.state.is_new || other_size) continue;
     sphere.volumes = std::move(old->volumes);
     if (goes_on(old->state, sphere.state)) sphere.kept_forces = std::move(old->kept_forces);
   }
+  return remade;
 }
 
 /// Tells all ranks near a sphere the `numbers` of all its markers, of which each rank has `found`
@@ -76,8 +80,8 @@ void ImmersedBoundary<Real>::share_by_marker(ByMarker Mobile::*numbers,
   pass(all_numbers_message, homes_, guests_, [](Real& here, Real all) { here = all; });
 }
 
-/// The `numbers` of a list's markers as they are now. A rank that a sphere has come near to since
-/// does not know them (`unknown`), but no sphere goes so far in a step that its markers are there.
+/// The `numbers` of a list's markers as they are now. A rank that a sphere has come near to within
+/// the step does not know them (`unknown`), but none goes so far in one that its markers are there.
 template <class Real>
 void ImmersedBoundary<Real>::take_by_marker(const MarkerList<Real>& list, std::size_t component,
                                             ByMarker Mobile::*numbers, std::vector<Real>& here,
@@ -120,12 +124,12 @@ void ImmersedBoundary<Real>::use_kept_forces() {
   }
 }
 
-template void ImmersedBoundary<float>::keep_by_marker(std::vector<Mobile>&);
+template bool ImmersedBoundary<float>::keep_by_marker(std::vector<Mobile>&);
 template void ImmersedBoundary<float>::share_volumes();
 template void ImmersedBoundary<float>::use_volumes();
 template void ImmersedBoundary<float>::share_kept_forces();
 template void ImmersedBoundary<float>::use_kept_forces();
-template void ImmersedBoundary<double>::keep_by_marker(std::vector<Mobile>&);
+template bool ImmersedBoundary<double>::keep_by_marker(std::vector<Mobile>&);
 template void ImmersedBoundary<double>::share_volumes();
 template void ImmersedBoundary<double>::use_volumes();
 template void ImmersedBoundary<double>::share_kept_forces();

@@ -63,9 +63,6 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       retraction_(settings.spheres.retraction),
       marker_density_(settings.spheres.marker_density),
       tolerance_(settings.spheres.slip_tolerance),
-      share_at_pores_(share_at_pores(
-          settings.fluid.kinematic_viscosity * settings.time.step / (grid.h * grid.h),
-          settings.spheres.forcing_loops)),
       viscosity_(settings.fluid.kinematic_viscosity),
       deferred_impulse_share_(settings.spheres.deferred_impulse_share),
       deferred_angular_share_(settings.spheres.deferred_angular_share),
@@ -78,7 +75,8 @@ ImmersedBoundary<Real>::ImmersedBoundary(const Settings& settings, const Grid& g
       keeps_force_(diffusion_is_implicit(settings, grid)),
       halo_(grid_, decomposition),
       mobile_halo_(grid_, decomposition),
-      scratch_(grid_, {1, decomposition.rows()}, 3) {
+      scratch_(grid_, {1, decomposition.rows()}, 3),
+      share_at_pores_(share_in_steps_of(settings.time.step)) {
   const std::array ends{settings.boundary.x, settings.boundary.y, settings.boundary.z};
   for (std::size_t d = 0; d < ends.size(); ++d)
     for (const std::size_t end : {0, 1})
@@ -111,12 +109,16 @@ void ImmersedBoundary<Real>::set_spheres(std::span<const SphereState> spheres) {
 }
 
 template <class Real>
-void ImmersedBoundary<Real>::move_spheres(std::span<const SphereState> mobile, bool begins_step) {
+void ImmersedBoundary<Real>::move_spheres(std::span<const SphereState> mobile, double time_step,
+                                          bool begins_step) {
   if (mobile.empty() && mobile_.empty() && decomposition_.ranks() == 1) return;
-  const bool stay = set_mobile(mobile);
-  const Change change = most_of_all(begins_step && !(stay && weighed_here_) ? Change::weigh
-                                    : stay                                  ? Change::none
-                                                                            : Change::place);
+  const auto [moved, remade] = set_mobile(mobile);
+  const double share = share_in_steps_of(time_step);
+  const bool stale = moved || !weighed_here_ || share != share_at_pores_;
+  const Change change = most_of_all(remade || (begins_step && stale) ? Change::weigh
+                                    : moved                          ? Change::place
+                                                                     : Change::none);
+  if (change == Change::weigh) share_at_pores_ = share;
   if (change == Change::none) return;
   find_planes_reached();
   place_mobile(change == Change::weigh);
@@ -138,10 +140,16 @@ typename ImmersedBoundary<Real>::Change ImmersedBoundary<Real>::most_of_all(Chan
   return static_cast<Change>(static_cast<int>(most[0]));
 }
 
-/// Keeps the mobile ones among `all` that are near this rank's block. Returns whether these are the
-/// same spheres as before in the same places, bit for bit.
+/// Of markers at pores, the volume that they keep.
 template <class Real>
-bool ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
+double ImmersedBoundary<Real>::share_in_steps_of(double time_step) const {
+  return share_at_pores(viscosity_ * time_step / (grid_.h * grid_.h), most_loops_);
+}
+
+/// Keeps the mobile ones among `all` that are near this rank's block.
+template <class Real>
+typename ImmersedBoundary<Real>::Changes ImmersedBoundary<Real>::set_mobile(
+    std::span<const SphereState> all) {
   std::vector<Mobile> now;
   for (const SphereState& sphere : all) {
     if (!sphere.mobile || !blocks_.is_near(decomposition_.rank(), sphere.position, sphere.radius))
@@ -160,15 +168,15 @@ bool ImmersedBoundary<Real>::set_mobile(std::span<const SphereState> all) {
   for (std::size_t n = 1; n < now.size(); ++n)
     if (now[n].state.tag == now[n - 1].state.tag) report_twins(now[n].state.tag);
   hand_over_memories(now);
-  const bool stay = std::equal(
+  const bool moved = !std::equal(
       now.begin(), now.end(), mobile_.begin(), mobile_.end(), [](const Mobile& a, const Mobile& b) {
         return a.state.tag == b.state.tag && !a.state.is_new && a.state.radius == b.state.radius &&
                a.state.position == b.state.position;
       });
-  keep_by_marker(now);
+  const bool remade = keep_by_marker(now);
   mobile_ = std::move(now);
   find_partners();
-  return stay;
+  return {.moved = moved, .remade = remade};
 }
 
 template <class Real>

@@ -85,9 +85,10 @@ class ImmersedBoundary {
   /// The mobile spheres as they are now: all that are near this rank's block; others may be among
   /// them. New ones may have come and old ones be gone; those that stay keep their restart data,
   /// by tag, also where they change rank. Markers are found anew unless no mobile sphere of the run
-  /// has moved; they are weighed anew where the next stage `begins_step`, and keep their volumes to
-  /// the end of the step: only there may spheres be new. Throws UserError as set_spheres().
-  void move_spheres(std::span<const SphereState> mobile, bool begins_step = true);
+  /// has moved; they are weighed anew, for steps of the length `time_step` [T], where the next
+  /// stage `begins_step` or a sphere is new or of another size, and keep their volumes to the end
+  /// of the step otherwise. Throws UserError as set_spheres().
+  void move_spheres(std::span<const SphereState> mobile, double time_step, bool begins_step = true);
 
   /// Takes the momentum inside the mobile spheres from the velocity before the predictor.
   void start_stage(const Field<Real>& velocity);
@@ -193,16 +194,23 @@ class ImmersedBoundary {
 
   /// What is to be done about the mobile spheres' markers, the more the greater.
   enum class Change : int { none, place, weigh };
-  bool set_mobile(std::span<const SphereState> all);
+  /// Of the mobile spheres near this block, beside those before.
+  struct Changes {
+    bool moved = false;   ///< one came, went, or is in another place, bit for bit
+    bool remade = false;  ///< one is new or of another size
+  };
+  Changes set_mobile(std::span<const SphereState> all);
   Change most_of_all(Change here);
+  double share_in_steps_of(double time_step) const;
   bool goes_on(const SphereState& before, const SphereState& now) const;
   void hand_over_memories(std::vector<Mobile>& now) const;
-  void keep_by_marker(std::vector<Mobile>& now);
+  bool keep_by_marker(std::vector<Mobile>& now);
   void find_partners();
   std::vector<Share> complete_shares() const;
   double reaction_share(const SphereState& sphere) const;
   void share_excess_spins();
   int layout_of(double radius);
+  void drop_layouts();
   void place_fixed();
   double largest_mobile() const;
   void find_order();
@@ -248,7 +256,7 @@ class ImmersedBoundary {
   Grid grid_;
   const Decomposition& decomposition_;
   BlockMap blocks_;
-  double density_, retraction_, marker_density_, tolerance_, share_at_pores_;
+  double density_, retraction_, marker_density_, tolerance_;
   double viscosity_;                                                         ///< kinematic
   double deferred_impulse_share_, deferred_angular_share_, pressure_share_;  ///< settings
   Vec3 gravity_;
@@ -268,9 +276,11 @@ class ImmersedBoundary {
 
   std::vector<MarkerLayout> layouts_;  ///< one per radius
   std::unordered_map<double, std::size_t> layout_by_radius_;
-  std::vector<SphereState> fixed_;        ///< near this rank's block
-  std::vector<Vec3> fixed_impulse_;       ///< they gave to the fluid since last taken [M L/T]
-  std::vector<FluidChange> fixed_given_;  ///< to this block by the last forcing
+  std::vector<std::size_t> free_layouts_;  ///< places in layouts_
+  std::size_t most_layouts_ = 64;          ///< before those of no sphere are dropped
+  std::vector<SphereState> fixed_;         ///< near this rank's block
+  std::vector<Vec3> fixed_impulse_;        ///< they gave to the fluid since last taken [M L/T]
+  std::vector<FluidChange> fixed_given_;   ///< to this block by the last forcing
   std::uint64_t fixed_fingerprint_ = 0;
   std::vector<Mobile> mobile_;  ///< near this rank's block, ascending tags
   Partners homes_;              ///< where shares go to
@@ -297,6 +307,7 @@ class ImmersedBoundary {
   double lightest_density_ = 0.0;  ///< of the mobile spheres on any rank; 0: none is known
   int placings_ = 0, weighings_ = 0;
   bool weighed_here_ = true;  ///< the mobile spheres' markers, where these are now
+  double share_at_pores_;     ///< with which they are weighed
   bool stage_started_ = false;
   Applied applied_;
   MarkerSeconds seconds_;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numeric>
 #include <tuple>
+#include <unordered_set>
 
 #include "fluid/grid/mpi_records.hpp"
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
@@ -68,11 +69,34 @@ std::array<double, 2> film_and_pore(const Nearest& mobile, const Nearest& fixed,
 /// Index of the layout for a radius, made when it is the first of its size.
 template <class Real>
 int ImmersedBoundary<Real>::layout_of(double radius) {
-  const auto [known, is_new] = layout_by_radius_.try_emplace(radius, layouts_.size());
-  if (is_new)
-    layouts_.push_back(make_marker_layout(radius, grid_.h, retraction_, core_of(radius) / grid_.h,
-                                          marker_density_));
-  return static_cast<int>(known->second);
+  if (const auto known = layout_by_radius_.find(radius); known != layout_by_radius_.end())
+    return static_cast<int>(known->second);
+  if (layout_by_radius_.size() >= most_layouts_) drop_layouts();
+  if (free_layouts_.empty()) {
+    free_layouts_.push_back(layouts_.size());
+    layouts_.emplace_back();
+  }
+  const std::size_t place = free_layouts_.back();
+  free_layouts_.pop_back();
+  layouts_[place] =
+      make_marker_layout(radius, grid_.h, retraction_, core_of(radius) / grid_.h, marker_density_);
+  layout_by_radius_.emplace(radius, place);
+  return static_cast<int>(place);
+}
+
+/// Of sizes that no sphere has any more: grains that grow have another one in each stage.
+template <class Real>
+void ImmersedBoundary<Real>::drop_layouts() {
+  std::unordered_set<double> here;
+  for (const SphereState& sphere : fixed_) here.insert(sphere.radius);
+  for (const Mobile& sphere : mobile_) here.insert(sphere.state.radius);
+  std::erase_if(layout_by_radius_, [&](const auto& entry) {
+    if (here.contains(entry.first)) return false;
+    layouts_[entry.second] = {};
+    free_layouts_.push_back(entry.second);
+    return true;
+  });
+  most_layouts_ = std::max(most_layouts_, 2 * layout_by_radius_.size());
 }
 
 /// The box's planes up to the support of the highest sphere near this rank's block. Through a

@@ -24,7 +24,7 @@ enum class Start { rest, laminar, logarithmic, state };
 enum class Exchange { stage, step };
 
 /// Everything that fluid.toml can say. The member initialisers are the defaults; name, unit, range
-/// and meaning of each key stand once, in settings.cpp.
+/// and meaning of each key stand once, in declared_keys.hpp.
 struct Settings {
   std::string file;                    ///< where it was read from, for messages
   std::vector<std::string> overrides;  ///< "key=value" of the command line, in order
@@ -154,7 +154,7 @@ std::string settings_as_toml(const Settings& settings);
 /// The same as pairs of key and value, as TOML writes it.
 std::vector<std::pair<std::string, std::string>> settings_as_pairs(const Settings& settings);
 
-/// One line per key: name, default, unit, allowed values and meaning (bedload-fluid --help-keys).
+/// For each key: name, default, unit, allowed values and meaning (bedload-fluid --help-keys).
 std::string describe_keys();
 
 }  // namespace bedload

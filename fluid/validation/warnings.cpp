@@ -40,15 +40,15 @@ constexpr double narrow = 1.75, slow_beside_images = 0.2;
 void warn_of_long_diffusion(const Settings& s, const SphereExtremes& spheres,
                             std::vector<std::string>& found) {
   const Grid grid = make_grid(s);
-  const double number = s.fluid.kinematic_viscosity * s.time.step / (grid.h * grid.h);
+  const double number = s.fluid.kinematic_viscosity * spheres.time_step / (grid.h * grid.h);
   const double longest = longest_diffusion(spheres.lightest_ratio);
   if (spheres.widest == 0.0 || number <= longest || !diffusion_is_implicit(s, grid)) return;
   found.push_back(fmt::format(
-      "{}: 'time.step' = {} is a diffusion number nu dt/h^2 of {:.2g}, and spheres of {:.2g} times "
+      "{}: a step of {:.3g} is a diffusion number nu dt/h^2 of {:.2g}, and spheres of {:.2g} times "
       "the fluid's density may swing from step to step beyond {:.2g}, one alone and, more so, "
       "those "
       "that lie close to each other; with 'time.step' = {:.2g} they do not.",
-      s.file, s.time.step, number, spheres.lightest_ratio, longest,
+      s.file, spheres.time_step, number, spheres.lightest_ratio, longest,
       longest * grid.h * grid.h / s.fluid.kinematic_viscosity));
 }
 
@@ -184,15 +184,16 @@ double longest_diffusion(double density_ratio) {
   return std::min(8.0, 2.0 * density_ratio * density_ratio);
 }
 
-SphereExtremes extremes_of(const Settings& s, std::span<const SphereState> spheres) {
+SphereExtremes extremes_of(const Settings& s, std::span<const SphereState> spheres,
+                           double time_step) {
   const auto& g = s.fluid.gravity;
   const double gravity = std::hypot(g[0], g[1], g[2]), h = s.grid.length[0] / s.grid.cells[0];
-  SphereExtremes found;
+  SphereExtremes found{.time_step = time_step};
   const SphereState* before = nullptr;  // grains of one kind come one after the other
   for (const SphereState& sphere : spheres) {
     if (!sphere.mobile || sphere.density == 0.0) continue;
     const double ratio = sphere.density / s.fluid.density;
-    const double cells_a_step = sphere.velocity.norm() * s.time.step / h;
+    const double cells_a_step = sphere.velocity.norm() * time_step / h;
     found.fastest = std::max(found.fastest, cells_a_step);
     if (ratio < light) found.fastest_light = std::max(found.fastest_light, cells_a_step);
     found.lightest_ratio = std::min(found.lightest_ratio, ratio);
@@ -255,19 +256,20 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
   warn_of_walls_left_out_of_the_start(s, found);
   if (s.fringe.rate == 0.0) {
     if (s.fringe.begin != 0.0) no_effect("fringe.begin", "'fringe.rate' above 0");
-    if (s.fringe.end != 0.0) no_effect("fringe.end", "'fringe.rate' above 0");
     if (s.fringe.velocity != 0.0) no_effect("fringe.velocity", "'fringe.rate' above 0");
   }
+  if (s.fringe.rate > 0.0 && s.output.energy_work)
+    found.push_back(fmt::format(
+        "{}: 'output.energy_work' is \"on\", but what the fringe takes from the flow is in none of "
+        "its columns, so that they do not add up to what its kinetic energy changes by.",
+        s.file));
   warn_of_slope(s, found);
   if (s.spheres.slip_tolerance > 0.0 && s.spheres.forcing_loops == 1)
     no_effect("spheres.slip_tolerance", "'spheres.forcing_loops' above 1");
   if (s.spheres.deferred_impulse_share > 0.0 && !s.spheres.interior_term)
     no_effect("spheres.deferred_impulse_share", "'spheres.interior_term' = \"on\"");
-  if (s.statistics.every == 0) {
-    if (s.statistics.from != 0.0) no_effect("statistics.from", "'statistics.every' above 0");
-    if (!s.statistics.spectra_heights.empty())
-      no_effect("statistics.spectra_heights", "'statistics.every' above 0");
-  }
+  if (s.statistics.every == 0 && s.statistics.from != 0.0)
+    no_effect("statistics.from", "'statistics.every' above 0");
   if (s.statistics.spectra_every != 1 && s.statistics.spectra_heights.empty())
     no_effect("statistics.spectra_every", "'statistics.spectra_heights'");
   warn_of_spectra_between_walls(s, found);
@@ -288,10 +290,11 @@ std::vector<std::string> warnings(const Settings& s, const SphereExtremes& spher
   return found;
 }
 
-std::vector<std::string> warnings_without_spheres(const Settings& s) {
-  const auto is_of_spheres = [](const std::string& key) {
-    return key.starts_with("spheres.") || key.starts_with("coupling.") ||
-           key == "output.spheres_every" || key == "output.fixed_every";
+std::vector<std::string> warnings_without_spheres(const Settings& s, bool fixed) {
+  const auto is_of_spheres = [&](const std::string& key) {
+    const bool of_mobile = key.starts_with("coupling.") || key.starts_with("spheres.deferred_") ||
+                           key == "spheres.interior_term" || key == "output.spheres_every";
+    return of_mobile || (!fixed && (key.starts_with("spheres.") || key == "output.fixed_every"));
   };
   const auto defaults = settings_as_pairs({}), values = settings_as_pairs(s);
   std::vector<std::string> keys;
@@ -299,9 +302,9 @@ std::vector<std::string> warnings_without_spheres(const Settings& s) {
     if (is_of_spheres(values[n].first) && values[n].second != defaults[n].second)
       keys.push_back("'" + values[n].first + "'");
   if (keys.empty()) return {};
-  return {fmt::format("{}: {} {} set, but {} no effect without spheres.", s.file,
+  return {fmt::format("{}: {} {} set, but {} no effect without {}spheres.", s.file,
                       fmt::join(keys, ", "), keys.size() == 1 ? "is" : "are",
-                      keys.size() == 1 ? "has" : "have")};
+                      keys.size() == 1 ? "has" : "have", fixed ? "mobile " : "")};
 }
 
 }  // namespace bedload

@@ -15,11 +15,11 @@ namespace bedload {
 /// in this scene. Printed at the start.
 std::vector<std::string> warnings(const Settings& settings, const DerivedNumbers& numbers);
 
-/// One sentence with the keys that are set for spheres, of a run that can have none. Printed at the
-/// start.
-std::vector<std::string> warnings_without_spheres(const Settings& settings);
+/// One sentence with the keys that are set for spheres, or for mobile ones where `fixed` ones there
+/// are, of a run that can have none. Printed at the start.
+std::vector<std::string> warnings_without_spheres(const Settings& settings, bool fixed);
 
-/// What is hardest among the mobile spheres of a run.
+/// What is hardest among the mobile spheres of a run, in steps of the length that is in force.
 struct SphereExtremes {
   static constexpr double none = std::numeric_limits<double>::infinity();
   double lightest = none, heaviest = 0.0;  ///< mass over 4 pi/3 [M]
@@ -30,10 +30,13 @@ struct SphereExtremes {
   double lightest_ratio = none;  ///< least density over the fluid's
   bool weigh = false;            ///< whether one is of another density than the fluid
   double widest = 0.0;           ///< largest diameter [L]
+  double time_step = 0.0;        ///< [T]
 };
 
-/// Of the mobile ones among `spheres`.
-SphereExtremes extremes_of(const Settings& settings, std::span<const SphereState> spheres);
+/// Of the mobile ones among `spheres`, in steps of `time_step` [T]: with time.cfl others than
+/// time.step.
+SphereExtremes extremes_of(const Settings& settings, std::span<const SphereState> spheres,
+                           double time_step);
 
 /// Diffusion number nu dt/h^2 up to which free spheres half a cell apart calm down in steps of
 /// implicit diffusion (test DenseFreeSpheresCalmDownInLongSteps); half as long again is too long

@@ -104,9 +104,9 @@ void measure(const std::string& precision, int copies, int repeats) {
     // A step's first stage weighs markers and carries layers, the others do not.
     place = mean_of_stages(repeats, [&](bool first) {
       for (SphereState& sphere : mobile) sphere.position.x() += 1e-6;  // those at rest keep markers
-      boundary.move_spheres(mobile, first);
+      boundary.move_spheres(mobile, s.time.step, first);
     });
-    boundary.move_spheres(mobile);
+    boundary.move_spheres(mobile, s.time.step);
     const double before = seconds_of(repeats, [&] { boundary.start_stage(velocity); });
     all_loops = mean_of_stages(repeats,
                                [&](bool first) {

@@ -187,8 +187,9 @@ def test_other_fixed_spheres_without_liggghts(tmp_path):
         words = [str(BIN / "bedload-fluid"), str(tmp_path / "fluid.toml"), "--out", str(tmp_path / "out")]
         return run(command([*words, "--steps", "1", *options], None), tmp_path)
 
-    result = alone("--set", 'spheres.file="spheres.txt"')
+    result = alone("--set", 'spheres.file="spheres.txt"', "--set", "output.spheres_every=0.5")
     assert result.status == 0, result.output
+    assert "'output.spheres_every' is set, but has no effect without mobile spheres" in result.output
     assert alone("--restart", str(tmp_path / "out")).status == 0
     (tmp_path / "spheres.txt").write_text("3 1 1 0.3\n1 1 1 0.4\n")
     result = alone("--restart", str(tmp_path / "out"))

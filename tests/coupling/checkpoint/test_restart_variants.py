@@ -22,6 +22,16 @@ group grains union grains new
 group gone id 10
 delete_atoms group gone compress no
 coupled_run"""
+# The one that comes has the number of the one that goes.
+REUSED = f"""coupled_run steps {HALF}
+group gone id 10
+delete_atoms group gone compress no
+create_atoms 2 single 0.7 2.2 1.4 units box
+group new id 10
+set group new diameter 0.8 density 2.5
+velocity new set 0.5 -0.4 0 units box
+group grains union grains new
+coupled_run"""
 ABOVE_THE_BED = 1.05  # where grains meet the triangles before the first checkpoint
 VARIANTS = {
     "blocks along z": dict(ranks=(2, 1), fluid=["--set", "ranks.along_z=2"]),
@@ -38,6 +48,7 @@ VARIANTS = {
     "insert/pack on two": dict(insertion=PACK, ranks=(1, 2)),
     "insert/rate/region": dict(insertion=RATE),
     "changes between two runs": dict(between=BETWEEN),
+    "another of the same number": dict(between=REUSED),
     "changes between two runs on two": dict(between=BETWEEN, ranks=(2, 2)),
     "statistics on two": dict(ranks=(2, 1), fluid=["--set", "statistics.every=1", "--set",
                                                    "ranks.along_z=2"], files=["statistics.h5"]),

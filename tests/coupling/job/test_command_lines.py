@@ -88,6 +88,12 @@ def test_flags_that_contradict_the_job(finished, tmp_path):
         assert len(said) == 1 and sentence in said[0], result.output
 
 
+def test_a_warm_up_that_never_ends_is_said(finished, tmp_path):
+    result = job(tmp_path / "out", "--set", "time.end=0.04", "--warm-up", "3")
+    assert result.status == 0, result.output
+    assert "NOTE: --warm-up 3 is not less than the 2 steps made" in result.output
+
+
 def test_nothing_left_to_do_is_said(finished):
     result = job(finished[0], "--set", "time.end=0.02", restart=finished[0])
     assert result.status == 0, result.output

@@ -5,11 +5,12 @@ import os
 import shutil
 import signal
 import subprocess
+from pathlib import Path
 
 import pytest
 
 from programs import BIN, ENVIRONMENT, run, wait_for
-from pocket import checkpoint, checkpoints, job, line, spoken, two_checkpoints
+from pocket import checkpoint, checkpoints, job, line, rows, spoken, two_checkpoints
 
 
 @pytest.fixture(scope="module")
@@ -120,6 +121,17 @@ def test_going_on_in_the_folder_of_another_run(out, tmp_path):
     other = two_checkpoints(tmp_path / "other")
     result = job(out, "--steps", "1", restart=other)
     assert result.status == 1 and "another run" in result.output
+    assert checkpoints(out) == [2, 4]
+    result = job(out, "--steps", "1", "--overwrite", restart=other)
+    assert result.status == 0, result.output
+    assert checkpoints(out) == [5] and checkpoints(other) == [2, 4]
+    assert [row["step"] for row in rows(out / "history.csv")] == ["5"]
+
+
+def test_a_folder_by_another_name_is_not_overwritten(out):
+    """--restart names the folder in one way, --out in another."""
+    result = run(line(Path(out.name), "--steps", "1", "--overwrite", restart=out), out.parent)
+    assert result.status == 1 and "--overwrite removes the checkpoints of" in result.output
     assert checkpoints(out) == [2, 4]
 
 

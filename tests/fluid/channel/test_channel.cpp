@@ -403,7 +403,9 @@ TEST(Pressure, SummedUpAndSolvedAnewAreTheSame) {
   expect_same_as_solved_anew(met, [](Channel<double>& summed) { advance_in_parts(summed, 5); });
   expect_same_as_solved_anew(met, [](Channel<double>& summed) { advance(summed, 5); });
   // Spheres that a script will insert: none has been there yet.
-  const auto waited_for = [](Channel<double>& summed) { summed.move_spheres({}); };
+  const auto waited_for = [](Channel<double>& summed) {
+    summed.move_spheres({}, summed.time_step());
+  };
   for (const Wall y_ends : {Wall::no_slip, Wall::periodic})
     expect_same_as_solved_anew(
         waited_for, [](Channel<double>& summed) { advance(summed, 5); }, y_ends);

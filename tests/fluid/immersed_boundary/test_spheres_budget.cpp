@@ -96,7 +96,7 @@ class Moving {
       moved.push_back(s);
     }
     accounts_ = accounts;
-    channel_.move_spheres(moved);
+    channel_.move_spheres(moved, channel_.time_step());
     given.angular += factor_.levers * levers;
     return total() - before - given;
   }

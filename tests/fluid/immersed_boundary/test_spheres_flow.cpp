@@ -147,7 +147,7 @@ struct FreeSpheres {
         sphere.angular_velocity += dt * loads.at(n).torque / inertia(sphere);
         sphere.position += dt * sphere.velocity;
       }
-      channel.move_spheres(spheres);
+      channel.move_spheres(spheres, channel.time_step());
     }
     channel.finish_step();
   }
@@ -368,7 +368,7 @@ double torque_in_stream(const Vec3& stream, const Vec3& motion) {
       sphere.position += dt * channel.time_step() * sphere.velocity;
       for (int d = 0; d < 3; ++d)
         if (sphere.position[d] >= 3 * diameter) sphere.position[d] -= 3 * diameter;
-      channel.move_spheres(std::vector<SphereState>{sphere});
+      channel.move_spheres(std::vector<SphereState>{sphere}, channel.time_step());
     }
     channel.finish_step();
   }

@@ -307,7 +307,7 @@ TEST(Forcing, FixedSpheresForgetTheMobileOnesThatAreGone) {
   };
   const Vec3 want = forced(alone);
   EXPECT_GT((forced(left) - want).norm(), 0.01 * want.norm());
-  left.boundary.move_spheres({});
+  left.boundary.move_spheres({}, left.settings.time.step);
   EXPECT_LT((forced(left) - want).norm(), 1e-12 * want.norm());
 }
 
@@ -331,7 +331,7 @@ TEST(Forcing, WhatTheProjectionDoesInsideReachesTheSphereInTheEnd) {
   });
   Vec3 impulse = Vec3::Zero(), turn = Vec3::Zero();
   for (int stage = 0; stage < 300; ++stage) {
-    flow.boundary.move_spheres(all);
+    flow.boundary.move_spheres(all, flow.settings.time.step);
     flow.boundary.start_stage(flow.velocity);
     flow.boundary.force(flow.velocity, 0.01, 0.01);
     const SphereLoad load = flow.loads(0.01).at(0);
@@ -388,7 +388,7 @@ TEST(Forcing, SpheresThatStayKeepTheirMarkers) {
   all[4].velocity = {0.1, 0.2,
                      -0.3};  // what turns or is about to move has its markers where they were
   all[5].angular_velocity = {1.0, 0.0, 2.0};
-  flow.boundary.move_spheres(all);
+  flow.boundary.move_spheres(all, flow.settings.time.step);
   EXPECT_EQ(flow.boundary.placings(), 1);
   fresh.boundary.set_spheres(all);
   std::vector<std::vector<SphereLoad>> loads;
@@ -405,10 +405,10 @@ TEST(Forcing, SpheresThatStayKeepTheirMarkers) {
   }
   // One sphere that moves, however little, or goes, and every rank finds markers again.
   all[5].position.x() = std::nextafter(all[5].position.x(), 1.0);
-  flow.boundary.move_spheres(all);
+  flow.boundary.move_spheres(all, flow.settings.time.step);
   EXPECT_EQ(flow.boundary.placings(), 2);
   all.pop_back();
-  flow.boundary.move_spheres(all);
+  flow.boundary.move_spheres(all, flow.settings.time.step);
   EXPECT_EQ(flow.boundary.placings(), 3);
 }
 
@@ -431,14 +431,62 @@ TEST(Forcing, MarkersKeepTheirVolumesThroughAStep) {
   fresh.boundary.set_spheres(parted);
   const double weighed = force(fresh);
   flow.boundary.set_spheres(all);
-  flow.boundary.move_spheres(parted, false);
+  flow.boundary.move_spheres(parted, flow.settings.time.step, false);
   EXPECT_EQ(flow.boundary.weighings(), 1);
   EXPECT_LT(1.05 * force(flow), weighed);
-  flow.boundary.move_spheres(parted, true);  // nothing has moved, but the step is a new one
+  flow.boundary.move_spheres(parted, flow.settings.time.step,
+                             true);  // nothing has moved, but the step is a new one
   EXPECT_EQ(flow.boundary.weighings(), 2);
   EXPECT_DOUBLE_EQ(force(flow), weighed);
-  flow.boundary.move_spheres(parted, true);
+  flow.boundary.move_spheres(parted, flow.settings.time.step, true);
   EXPECT_EQ(flow.boundary.weighings(), 2);
+}
+
+/// A sphere that a script lets grow, or inserts, between two stages has the volumes of a step's
+/// begin: nobody knows others for its markers.
+TEST(Forcing, WhatComesOrGrowsWithinAStepIsWeighedThere) {
+  const auto force = [](Flow<double>& flow) {
+    flow.fill([](int, const Vec3&) { return 1.0; });
+    flow.boundary.start_stage(flow.velocity);
+    return flow.force(0.01, true, 0.0).force_on_fluid;
+  };
+  const Settings settings = small_box();
+  const std::vector<SphereState> all{sphere(1, {1.2, 1.0, 0.6}, true, 0.25),
+                                     sphere(2, {1.2, 1.0, 1.12}, true, 0.25)};
+  std::vector<SphereState> grown = all, another = all;
+  grown[1].radius = 0.26;
+  another[1].is_new = true;
+  another[1].position.x() += 0.1;
+  for (const auto& changed : {grown, another}) {
+    Flow<double> flow(settings, MPI_COMM_WORLD), fresh(settings, MPI_COMM_WORLD);
+    fresh.boundary.set_spheres(changed);
+    flow.boundary.set_spheres(all);
+    flow.boundary.move_spheres(changed, settings.time.step, false);
+    EXPECT_EQ(flow.boundary.weighings(), 2);
+    EXPECT_LT((force(flow) - force(fresh)).norm(), 1e-13 * force(fresh).norm());
+  }
+}
+
+/// Layouts of sizes that no sphere has any more make room for others, and those in use stay.
+TEST(Forcing, SpheresThatGrowKeepTheirMarkers) {
+  const Settings settings = small_box();
+  std::vector<SphereState> all{sphere(1, {0.6, 1.0, 0.6}, false, 0.31),
+                               sphere(2, {1.6, 1.0, 1.1}, true, 0.25)};
+  Flow<double> flow(settings, MPI_COMM_WORLD);
+  flow.boundary.set_spheres(all);
+  for (int n = 0; n < 200; ++n) {
+    all[1].radius += 2e-4;
+    flow.boundary.move_spheres({&all[1], 1}, settings.time.step, n % 3 == 0);
+  }
+  Flow<double> fresh(settings, MPI_COMM_WORLD);
+  fresh.boundary.set_spheres(all);
+  std::vector<Vec3> forces;
+  for (Flow<double>* each : {&flow, &fresh}) {
+    each->fill(wavy);
+    each->boundary.start_stage(each->velocity);
+    forces.push_back(each->force(0.01, true, 0.0).force_on_fluid);
+  }
+  EXPECT_LT((forces[0] - forces[1]).norm(), 1e-13 * forces[1].norm());
 }
 
 TEST(Forcing, OneLoopRemovesAlmostAllOfAnEvenSlip) {
@@ -493,16 +541,16 @@ TEST(Forcing, LoopsDoNotWaitForMarkersThatStandBack) {
 
 /// Force of one loop on fluid that goes at 1 through a face-centred cubic packing of volume
 /// fraction 0.6, six cells to a diameter, gaps of 0.4 cells. The step is that of
-/// `diffusion_number`.
-double force_of_packing(bool mobile, double diffusion_number, int loops = 1) {
+/// `diffusion_number`, time.step `longer` times as long.
+double force_of_packing(bool mobile, double diffusion_number, double longer = 1.0) {
   Settings settings;
   const double length = std::cbrt(4.0 * std::numbers::pi / 6.0 / 0.6), h = length / 9.0;
   settings.grid.cells = {9, 9, 9};
   settings.grid.length = {length, length, length};
   settings.boundary.y = {Wall::periodic, Wall::periodic};
   settings.fluid.kinematic_viscosity = 1.0;
-  settings.time.step = diffusion_number * h * h;
-  settings.spheres.forcing_loops = loops;
+  settings.time.step = longer * diffusion_number * h * h;
+  settings.spheres.forcing_loops = 1;
   Flow<double> flow(settings, MPI_COMM_SELF);
   flow.fill([](int c, const Vec3&) { return c == 0 ? 1.0 : 0.0; });
   std::vector<SphereState> all;
@@ -513,6 +561,7 @@ double force_of_packing(bool mobile, double diffusion_number, int loops = 1) {
                          mobile, 0.5));
   for (SphereState& s : all) s.position = inside_the_box(flow.grid, s.position);
   flow.boundary.set_spheres(all);
+  if (mobile) flow.boundary.move_spheres(all, settings.time.step / longer);
   flow.boundary.start_stage(flow.velocity);
   return flow.force(0.01).force_on_fluid.x();
 }
@@ -525,6 +574,8 @@ TEST(Forcing, PackingsOfMobileSpheresHoldWhatFlowsThroughThem) {
   // With shorter steps, or more loops, each takes a part of it.
   EXPECT_LT(force_of_packing(true, 0.05) / fixed, 0.8);
   EXPECT_GT(force_of_packing(true, 0.05) / fixed, 0.5);
+  // It is the step that is made that counts, which is shorter than time.step with time.cfl.
+  EXPECT_DOUBLE_EQ(force_of_packing(true, 0.05, 4.0), force_of_packing(true, 0.05));
   EXPECT_DOUBLE_EQ(share_at_pores(0.05, 1), 0.5);
   EXPECT_DOUBLE_EQ(share_at_pores(0.2, 4), 0.5);
   EXPECT_EQ(share_at_pores(7.2, 3), 1.0);
@@ -610,7 +661,7 @@ void compare_with_one_rank(Settings settings, int z_parts) {
       flow->fill(wavy);
       if (move == 0) flow->boundary.set_spheres(all);
       // Two steps of three stages: in those that do not weigh, markers come from another rank.
-      if (move > 0) flow->boundary.move_spheres(all, move % 3 == 0);
+      if (move > 0) flow->boundary.move_spheres(all, settings.time.step, move % 3 == 0);
       flow->boundary.start_stage(flow->velocity);
       reports.push_back(flow->force(dt, true, move % 3 == 0 ? dt : 0.0));
       EXPECT_EQ(flow->boundary.weighings(), 1 + move / 3);
@@ -742,7 +793,7 @@ TEST(Forcing, MistakesAreNamed) {
                UserError);
   flow.boundary.set_spheres(std::vector<SphereState>{sphere(3, {1, 1, 1}, false)});
   const std::vector<SphereState> moving{sphere(4, {1, 1, 1}, true), sphere(4, {0.5, 1, 1}, true)};
-  EXPECT_THROW(flow.boundary.move_spheres(moving), UserError);
+  EXPECT_THROW(flow.boundary.move_spheres(moving, flow.settings.time.step), UserError);
 }
 
 }  // namespace

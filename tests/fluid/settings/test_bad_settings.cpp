@@ -282,10 +282,10 @@ TEST(BadSettings, WarningsAreGiven) {
   EXPECT_THAT(spoken({"start.file=flow.h5"}), HasSubstr("'start.file'"));
   EXPECT_THAT(spoken({"start.velocity=1.0"}), HasSubstr("'start.velocity'"));
   EXPECT_THAT(spoken({"fringe.begin=0.5"}), HasSubstr("'fringe.begin'"));
-  EXPECT_THAT(spoken({"fringe.end=0.5"}), HasSubstr("'fringe.end'"));
+  EXPECT_THAT(spoken({"fringe.rate=1.0", "fringe.end=0.5", "output.energy_work=on"}),
+              HasSubstr("none of its columns"));
+  EXPECT_EQ(spoken({"fringe.rate=1.0", "fringe.end=0.5"}), "");
   EXPECT_THAT(spoken({"statistics.from=0.5"}), HasSubstr("'statistics.from'"));
-  EXPECT_THAT(spoken({"statistics.spectra_heights=[0.5]"}),
-              HasSubstr("'statistics.spectra_heights'"));
   EXPECT_THAT(spoken({"fluid.gravity=[0.1, -1.0, 0.0]"}),
               HasSubstr("'flow.driving' = \"gravity\""));
   EXPECT_THAT(spoken({"fluid.gravity=[0.0, -1.0, 0.1]"}), HasSubstr("0.1 along z"));
@@ -327,7 +327,8 @@ TEST(BadSettings, SpheresBeyondTheStudysLimitsAreWarnedOf) {
     sphere.velocity = {0.6 * cells_a_step * h / s.time.step, 0.8 * cells_a_step * h / s.time.step,
                        0.0};
     std::string all;
-    for (const std::string& warning : warnings(s, extremes_of(s, std::vector{sphere, sphere})))
+    for (const std::string& warning :
+         warnings(s, extremes_of(s, std::vector{sphere, sphere}, s.time.step)))
       all += warning + "\n";
     return all;
   };
@@ -370,7 +371,7 @@ TEST(BadSettings, LongImplicitStepsOfFreeSpheresAreWarnedOf) {
     SphereState sphere{.tag = 1, .radius = 3.0 * h, .mobile = mobile};
     sphere.density = density * s.fluid.density;
     std::string all;
-    for (const std::string& warning : warnings(s, extremes_of(s, std::vector{sphere})))
+    for (const std::string& warning : warnings(s, extremes_of(s, std::vector{sphere}, s.time.step)))
       all += warning + "\n";
     return all;
   };
@@ -385,10 +386,10 @@ TEST(BadSettings, LongImplicitStepsOfFreeSpheresAreWarnedOf) {
 
 /// Keys of spheres, told once, in a run that can have none.
 TEST(BadSettings, WarnsOfKeysOfSpheresWithoutSpheres) {
-  const auto spoken = [](std::vector<std::string> more) {
+  const auto spoken = [](std::vector<std::string> more, bool fixed = false) {
     std::vector<std::string> lines = good;
     lines.insert(lines.end(), more.begin(), more.end());
-    return warnings_without_spheres(parse_settings("", "fluid.toml", lines));
+    return warnings_without_spheres(parse_settings("", "fluid.toml", lines), fixed);
   };
   EXPECT_THAT(spoken({}), testing::IsEmpty());
   EXPECT_THAT(spoken({"spheres.retraction=0.1"}),
@@ -396,6 +397,10 @@ TEST(BadSettings, WarnsOfKeysOfSpheresWithoutSpheres) {
   EXPECT_THAT(spoken({"spheres.rigid_core=off", "coupling.dem_steps=30", "output.fixed_every=1"}),
               testing::ElementsAre(HasSubstr(
                   "'spheres.rigid_core', 'coupling.dem_steps', 'output.fixed_every' are set")));
+  EXPECT_THAT(
+      spoken({"spheres.rigid_core=off", "coupling.dem_steps=30", "output.fixed_every=1"}, true),
+      testing::ElementsAre(
+          HasSubstr("'coupling.dem_steps' is set, but has no effect without mobile spheres")));
 }
 
 /// The scenes that come with the program give none, but for the sphere that rolls down a plane:
