@@ -55,14 +55,26 @@ void SceneChecks::check_integrated() const {
   const auto left_alone = [&](int i) {
     return spheres_.is_mobile(atom.mask[i]) && mobility.left_alone(atom.mask[i]);
   };
-  const auto moving = lowest_tag(*lmp_, [&](int i) {
-    return left_alone(i) && (Vec3(atom.v[i]).norm() > 0.0 || Vec3(atom.omega[i]).norm() > 0.0);
-  });
+  const auto has_speed = [&](int i) {
+    return Vec3(atom.v[i]).norm() > 0.0 || Vec3(atom.omega[i]).norm() > 0.0;
+  };
+  const auto moving = lowest_tag(*lmp_, [&](int i) { return left_alone(i) && has_speed(i); });
   if (moving)
     stop_run(lmp_, fmt::format("fix couple/fluid: atom {} is mobile and has a speed, but no fix "
                                "moves it; put it in the group of a 'fix nve/sphere', set its "
-                               "velocity to 0, or take it into the group behind 'fixed'",
+                               "velocity to 0, or take it into the group behind 'fixed', where its "
+                               "surface goes with that speed for ever",
                                *moving));
+  const auto driving =
+      lowest_tag(*lmp_, [&](int i) { return spheres_.is_fixed(atom.mask[i]) && has_speed(i); });
+  if (driving && lmp_->comm->me == 0)
+    lmp_->error->warning(FLERR,
+                         fmt::format("fix couple/fluid: atom {} (and others perhaps) is fixed and "
+                                     "has a speed: it stays in its place, and its surface goes "
+                                     "with that speed and drives the fluid, as a roller does; for "
+                                     "a sphere at rest set velocity and omega to 0",
+                                     *driving)
+                             .c_str());
   if (const auto still = lowest_tag(*lmp_, left_alone); still && lmp_->comm->me == 0)
     lmp_->error->warning(FLERR,
                          fmt::format("fix couple/fluid: atom {} (and others perhaps) is mobile, "

@@ -28,7 +28,8 @@ class SceneChecks {
   void check_finite() const;
   /// Box, gravity or fluid values are no more those that the fluid was told; nothing before that.
   void check_scene() const;
-  /// A mobile sphere has a speed but no fix moves it; warns where it has none.
+  /// A mobile sphere has a speed but no fix moves it; warns where it has none, and where a fixed
+  /// one has.
   void check_integrated() const;
   /// A fix that holds mobile spheres, or keeps them in a plane or line, acts before the fluid's
   /// loads come, which would move them all the same.

@@ -122,6 +122,7 @@ RunOutput<Real>::RunOutput(const std::string& folder, Simulation<Real>& simulati
   if (first_rank_) {
     warn(warnings(settings_, numbers));
     warn(warnings(settings_, extremes));
+    warn(warnings_of_reference(settings_, extremes));
     if (!simulation_.may_have_mobile_spheres())
       warn(warnings_without_spheres(settings_, simulation_.may_have_spheres()));
     fmt::print("{}\n\n{}\n{}\n{}", printable(settings_.title), derived_as_comments(numbers),

@@ -241,9 +241,10 @@ std::vector<SphereState> Simulation<Real>::here(bool mobile) const {
 template <class Real>
 SphereExtremes Simulation<Real>::extremes() const {
   const SphereExtremes mine = extremes_of(channel_.settings(), mobile_here(), channel_.time_step());
-  std::array<double, 8> least{mine.lightest, -mine.heaviest,         mine.thinnest_layer,
-                              -mine.fastest, -mine.fastest_light,    mine.lightest_ratio,
-                              -mine.widest,  mine.weigh ? -1.0 : 0.0};
+  std::array<double, 10> least{mine.lightest, -mine.heaviest,          mine.thinnest_layer,
+                               -mine.fastest, -mine.fastest_light,     mine.lightest_ratio,
+                               -mine.widest,  mine.weigh ? -1.0 : 0.0, -mine.heaviest_ratio,
+                               mine.narrowest};
   MPI_Allreduce(MPI_IN_PLACE, least.data(), static_cast<int>(least.size()), MPI_DOUBLE, MPI_MIN,
                 channel_.comm());
   double reynolds = mine.thinnest_layer == least[2] ? mine.reynolds : 0.0;
@@ -256,7 +257,9 @@ SphereExtremes Simulation<Real>::extremes() const {
           .fastest_light = -least[4],
           .lightest_ratio = least[5],
           .weigh = least[7] < 0.0,
+          .heaviest_ratio = -least[8],
           .widest = -least[6],
+          .narrowest = least[9],
           .time_step = mine.time_step};
 }
 

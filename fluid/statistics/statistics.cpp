@@ -502,14 +502,15 @@ void Statistics<Real>::fill_friction(FlowStatistics& s) const {
     }
   const bool driven = settings_.flow.driving != Driving::none;
   const bool by_spheres = !clear && driven && !grid_.periodic(1);
-  if (walls == 0 && !by_spheres) return;
+  // Of what drives a flow over a bed side walls take a part.
+  const bool sides = grid_.walls[2][0] == Wall::no_slip || grid_.walls[2][1] == Wall::no_slip;
+  if ((walls == 0 && !by_spheres) || (by_spheres && sides)) return;
   const double stress = by_spheres ? std::abs(s.driving) * settings_.driven_height()
                         : clear    ? sum / walls
                                    : larger;  // a bed shields its wall
   s.u_tau = std::sqrt(stress / settings_.fluid.density);
   s.re_tau = *s.u_tau * settings_.reference.height / settings_.fluid.kinematic_viscosity;
   // Pressure on x walls, side walls and a fringe hold the flow, too: no straight line then.
-  const bool sides = grid_.walls[2][0] == Wall::no_slip || grid_.walls[2][1] == Wall::no_slip;
   const bool held_below_and_above =
       walls > 0 && grid_.periodic(0) && !sides && settings_.fringe.rate == 0.0;
   if (!clear || !held_below_and_above || stress == 0.0) return;

@@ -90,6 +90,11 @@ inline double u_tau_sheared(const std::array<double, 3>& lower, const std::array
   return std::sqrt(viscosity * difference / distance);
 }
 
+/// Whether a wall along z takes a part of what drives the flow.
+inline bool has_side_walls(const Settings& s) {
+  return s.boundary.z[0] == Wall::no_slip || s.boundary.z[1] == Wall::no_slip;
+}
+
 /// Where u_tau was taken from.
 enum class FrictionSource { driving, laminar, smooth_wall };
 
@@ -104,7 +109,8 @@ struct Friction {
 
 /// That of a constant driving force; else that of laminar flow or of turbulent flow over a smooth
 /// wall, whichever is larger (they meet at Re_b = 450, between two walls with half of their
-/// distance); of walls that slide, the laminar one. None where no wall holds a flow back.
+/// distance); of walls that slide, the laminar one. None where no wall holds a flow back, nor
+/// where side walls bear a part that is not known.
 inline std::optional<Friction> friction_of(const Settings& s) {
   const double velocity = s.reference.velocity, height = s.driven_height();
   const double viscosity = s.fluid.kinematic_viscosity;
@@ -119,6 +125,7 @@ inline std::optional<Friction> friction_of(const Settings& s) {
   };
   const auto& [lower, upper] = s.boundary.y;
   if (lower != Wall::no_slip && upper != Wall::no_slip) return std::nullopt;
+  if (has_side_walls(s)) return std::nullopt;
   if (s.flow.driving == Driving::pressure_gradient || s.flow.driving == Driving::gravity)
     return friction(FrictionSource::driving, u_tau_of_driving(s.constant_driving(), s));
   const bool two_walls = lower == Wall::no_slip && upper == Wall::no_slip;

@@ -176,6 +176,12 @@ void warn_of_walls_left_out_of_the_start(const Settings& s, std::vector<std::str
         "{}: 'start.from' = \"laminar\" is the flow of the y walls alone: what the z walls move "
         "has to develop.",
         s.file));
+  if (!y_holds && holds(s.boundary.z) && s.start.velocity != 0.0)
+    found.push_back(
+        fmt::format("{}: 'start.velocity' = {} is even over the box: 'start.from' = \"laminar\" "
+                    "knows the parabola "
+                    "over a y wall, and that between z walls has to develop.",
+                    s.file, s.start.velocity));
 }
 
 }  // namespace
@@ -198,7 +204,9 @@ SphereExtremes extremes_of(const Settings& s, std::span<const SphereState> spher
     if (ratio < light) found.fastest_light = std::max(found.fastest_light, cells_a_step);
     found.lightest_ratio = std::min(found.lightest_ratio, ratio);
     found.weigh = found.weigh || ratio != 1.0;
+    found.heaviest_ratio = std::max(found.heaviest_ratio, ratio);
     found.widest = std::max(found.widest, 2.0 * sphere.radius);
+    found.narrowest = std::min(found.narrowest, 2.0 * sphere.radius);
     if (before != nullptr && sphere.radius == before->radius && sphere.density == before->density)
       continue;
     before = &sphere;
@@ -287,6 +295,31 @@ std::vector<std::string> warnings(const Settings& s, const SphereExtremes& spher
   warn_of_long_diffusion(s, spheres, found);
   warn_of_free_fall(s, spheres, found);
   if (const auto sentence = thin_layer(spheres)) found.push_back(s.file + ": " + *sentence);
+  return found;
+}
+
+std::vector<std::string> warnings_of_reference(const Settings& s, const SphereExtremes& spheres) {
+  std::vector<std::string> found;
+  if (spheres.widest == 0.0) return found;
+  const auto compare = [&](const char* key, double value, double least, double most,
+                           const char* what) {
+    constexpr double typed = 1e-6;  // digits of a number in a script
+    if (value >= (1.0 - typed) * least && value <= (1.0 + typed) * most) return;
+    const std::string theirs = most - least <= typed * most
+                                   ? fmt::format("{:.6g}", most)
+                                   : fmt::format("{:.6g} to {:.6g}", least, most);
+    found.push_back(
+        fmt::format("{}: '{}' = {:.6g}, but the mobile spheres have {}: the derived numbers and "
+                    "studies of this "
+                    "run take the first for {}.",
+                    s.file, key, value, theirs, what));
+  };
+  compare("reference.diameter", s.reference.diameter, spheres.narrowest, spheres.widest,
+          "their diameter");
+  if (s.reference.sphere_density > 0.0)
+    compare("reference.sphere_density", s.reference.sphere_density,
+            spheres.lightest_ratio * s.fluid.density, spheres.heaviest_ratio * s.fluid.density,
+            "their density");
   return found;
 }
 

@@ -29,7 +29,9 @@ struct SphereExtremes {
   double fastest_light = 0.0;  ///< that of light ones
   double lightest_ratio = none;  ///< least density over the fluid's
   bool weigh = false;            ///< whether one is of another density than the fluid
+  double heaviest_ratio = 0.0;   ///< largest density over the fluid's
   double widest = 0.0;           ///< largest diameter [L]
+  double narrowest = none;       ///< smallest diameter [L]
   double time_step = 0.0;        ///< [T]
 };
 
@@ -44,6 +46,11 @@ SphereExtremes extremes_of(const Settings& settings, std::span<const SphereState
 /// swing, too: kicked at a ratio of 0.7 and a number of 8 it does for ten steps.
 /// @param density_ratio of the lightest sphere and the fluid
 double longest_diffusion(double density_ratio);
+
+/// One sentence for each of reference.diameter and reference.sphere_density that none of the mobile
+/// spheres have, nor lies between theirs. Printed at the start.
+std::vector<std::string> warnings_of_reference(const Settings& settings,
+                                               const SphereExtremes& spheres);
 
 /// One sentence for each thing that the scheme does not do well with such mobile spheres; the run
 /// goes on nevertheless. Printed at the start, and whenever spheres come or change.

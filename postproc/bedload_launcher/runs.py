@@ -75,7 +75,7 @@ def with_memory(ask: Ask, before: Launch | None) -> Launch:
     variables = read_variables(scene, model, given)
     return Launch(
         str(scene.folder), model, ask.accuracy or before.accuracy,
-        folders.merged(before.sets, ask.sets), variables, ask.ranks,
+        folders.merged(before.sets, ask.sets), variables, ask.ranks or before.ranks,
     )  # fmt: skip
 
 
@@ -113,7 +113,7 @@ def start(ask: Ask) -> tuple[int, Path]:
     scene = find_scene(launch.scene)
     settings = presets.settings_of(launch.accuracy, scene, list(launch.sets))
     out = output_folder(ask, scene, launch, restart)
-    ranks = job.Ranks.parse(ask.ranks, scene)
+    ranks = job.Ranks.parse(launch.ranks, scene)
     work = job.Job(scene, launch.model, ranks, out, settings, ask.steps, launch.variables, restart)
     work.command()  # its mistakes are found before anything in the folder moves
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])

@@ -187,6 +187,8 @@ def choose_model(scene: Scene, asked: str | None) -> str | None:
     own = sorted(file.stem for file in scene.folder.glob("models/*.liggghts"))
     if asked not in models() + own:
         raise unknown("model", asked, models() + own)
+    if asked != scene.default_model() and not scene.reads("model", {"model": asked}):
+        raise UserError(f"{scene.script} sets 'model' but no line reads ${{model}}, so --model {asked} says nothing.")
     return asked
 
 

@@ -17,6 +17,12 @@ def two_walls(run: Run) -> bool:
     return set([ends] if isinstance(ends, str) else ends) == {"no_slip"}
 
 
+def has_side_walls(run: Run) -> bool:
+    """Whether a no-slip wall along z takes a part of what drives the flow."""
+    ends = run.settings.get("boundary", {}).get("z", "periodic")
+    return "no_slip" in ([ends] if isinstance(ends, str) else ends)
+
+
 def driven_height(run: Run) -> float:
     """Height [L] over which a driving force is borne by one wall or the bed on it: reference.height, between two
     no-slip walls half of the distance that the flow has there (Settings::driven_height of the fluid)."""
@@ -74,6 +80,8 @@ def friction_velocity(run: Run, since: float) -> tuple[float, str]:
     grains takes up. Statistics over less than half of the time from `since` on are not used, nor those of which more
     than MOST_BEFORE is earlier: they hold the start-up.
     """
+    if has_side_walls(run):
+        raise MissingOutput(f"the side walls of {run.folder} bear a part of the driving force: no friction velocity.")
     without = without_stress(run)
     bed_top = without - driven_height(run)
     density = run.value("fluid.density")

@@ -6,7 +6,7 @@ import numpy as np
 
 from . import flow_statistics
 from .batches import mean_over_time, second_half
-from .bed_friction import driving_friction
+from .bed_friction import driving_friction, has_side_walls
 from .outputs import MissingOutput, Run
 from .states import NAMES, Phases
 
@@ -52,7 +52,9 @@ def has_bed(run: Run) -> bool:
 
 
 def has_friction(run: Run) -> bool:
-    """Whether the driving force is taken up by a wall or a bed, so that there is a friction velocity."""
+    """Whether the driving force is taken up by a wall or a bed alone, so that there is a friction velocity."""
+    if has_side_walls(run):
+        return False
     return lower_wall(run) or (len(run.fixed_spheres()[0]) > 0 and not np.isfinite(run.periods[1]))
 
 

@@ -22,7 +22,7 @@ from bedload_studies import analysis_speed
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def scene_in(folder, script="variable model index actm_hw\n"):
+def scene_in(folder, script="variable model index actm_hw\ninclude ${inputs}/models/${model}.liggghts\n"):
     folder.mkdir(parents=True)
     (folder / "fluid.toml").write_text("")
     if script is not None:
@@ -103,6 +103,10 @@ def test_a_model_is_looked_up_among_the_files(tmp_path, monkeypatch):
     assert scenes.choose_model(scene, "rpm") == "rpm"
     with pytest.raises(UserError, match="no model 'actm_wh'; the nearest is 'actm_hw'"):
         scenes.choose_model(scene, "actm_wh")
+    unread = scene_in(tmp_path / "unread", script="variable model index actm_hw\n")
+    assert scenes.choose_model(unread, "actm_hw") == "actm_hw"
+    with pytest.raises(UserError, match=r"no line reads \$\{model\}, so --model rpm says nothing"):
+        scenes.choose_model(unread, "rpm")
     fixed = scene_in(tmp_path / "fixed", script="# variable model index rpm\n")
     assert scenes.choose_model(fixed, None) is None
     with pytest.raises(UserError, match="variable model index"):
@@ -418,7 +422,7 @@ def values_of(line, option):
 def test_a_restart_is_told_what_the_run_was_told(tmp_path, started, capsys):
     out = tmp_path / "out"
     told = ["--accuracy", "draft", "--var", "density=1.3", "--var", "hold=1",
-            "--set", "time.end=7", "--set", "checkpoint.every=2"]  # fmt: skip
+            "--set", "time.end=7", "--set", "checkpoint.every=2", "--ranks", "1:3"]  # fmt: skip
     first = ["run", "setup2_small", "--model", "rpm", *told, "--out", str(out)]
     for _ in range(2):  # the first one never began: nothing moves aside, nothing is in the way
         cli.run(cli.parse(first))
@@ -428,6 +432,7 @@ def test_a_restart_is_told_what_the_run_was_told(tmp_path, started, capsys):
     for more, where in ((["--set", "time.end=9", "--var", "hold=0"], out), ([], last), (["--model", "rpm"], out)):
         cli.run(cli.parse(["run", "--restart", str(where), *more]))
         line = started[-1]
+        assert values_of(line, "-np") == ["1", "3"]
         assert line[line.index("model") + 1] == "rpm"
         assert "time.end=9" in line and "time.end=7" not in line  # the second time from the first restart
         assert "checkpoint.every=2" in line and "spheres.forcing_loops=1" in line

@@ -67,6 +67,12 @@ REFUSED = {
 
 
 NOT_MADE = {"beyond x": grain("5.3 2.0 0.5"), "beyond y": grain("3.3 3.2 0.5")}
+WARNED = {
+    "a fixed sphere with a speed": ((VELOCITY, "set atom 3 omegaz 2\n" + VELOCITY),
+                                    ["atom 3", "is fixed and has a speed", "as a roller does"]),
+    "a bed of another density": (("density 2.5", "density 3.5"),
+                                 ["'reference.sphere_density' = 2.5", "the mobile spheres have 3.5"]),
+}  # fmt: skip
 TAKEN = {
     "a skin of overlap": grain("2.75 1.75 1.1"),  # a dense start, not a mistake
     "weight by two fixes": (WEIGHT, WEIGHT.replace("all", "bed") + "\n"
@@ -76,7 +82,7 @@ TAKEN = {
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    changes = {case: change for case, (change, _) in REFUSED.items()} | NOT_MADE | TAKEN
+    changes = {case: change for case, (change, _) in (REFUSED | WARNED).items()} | NOT_MADE | TAKEN
     cases = {case: (change,) for case, change in changes.items()}
     return changed_jobs(tmp_path_factory.mktemp("senseless"), cases, steps=2)
 
@@ -92,6 +98,13 @@ def test_a_grain_that_is_not_made_is_warned_of(results, case):
     assert results[case].status == 0, results[case].output
     assert "WARNING: a create_atoms has made no atom" in results[case].output
     assert "1 mobile spheres" in results[case].output
+
+
+@pytest.mark.parametrize("case", WARNED)
+def test_warned_of(results, case):
+    assert results[case].status == 0, results[case].output
+    for word in WARNED[case][1]:
+        assert word in results[case].output
 
 
 @pytest.mark.parametrize("case", TAKEN)

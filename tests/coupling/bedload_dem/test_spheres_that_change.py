@@ -47,10 +47,11 @@ MOVING = "create_atoms 1 single 0.9 1.05 {z} units box\nset atom {tag} diameter 
 STILL = "create_atoms 1 single 0.3 0.4 {z} units box\nset atom {tag} diameter 0.5 density 2.5"
 
 
-def speeds(folder, spheres, change, tag=1, ranks=(1, 1), length=2.0):
-    """Spins and velocities of sphere `tag` from the first step of the second coupled run on."""
+def made(folder, spheres, change, ranks=(1, 1), length=2.0, gravity=""):
+    """What the two coupled runs say."""
     folder.mkdir()
-    (folder / "fluid.toml").write_text(FLUID.format(cells=int(10 * length), length=length), encoding="utf-8")
+    fluid_toml = FLUID.format(cells=int(10 * length), length=length)
+    (folder / "fluid.toml").write_text(fluid_toml.replace("[fluid]", f"[fluid]\n{gravity}"), encoding="utf-8")
     (folder / "in.liggghts").write_text(GRAINS.format(length=length, spheres=spheres, change=change), encoding="utf-8")
     fluid = [str(BIN / "bedload-fluid"), str(folder / "fluid.toml"), "--out", str(folder / "out")]
     if ranks[0] > 1:
@@ -58,6 +59,12 @@ def speeds(folder, spheres, change, tag=1, ranks=(1, 1), length=2.0):
     dem = [str(BIN / "bedload-dem"), "-in", str(folder / "in.liggghts"), "-var", "out", str(folder), "-log", "none"]
     result = run(command(fluid, dem, ranks), folder)
     assert result.status == 0, result.output
+    return result.output
+
+
+def speeds(folder, spheres, change, tag=1, ranks=(1, 1), length=2.0):
+    """Spins and velocities of sphere `tag` from the first step of the second coupled run on."""
+    made(folder, spheres, change, ranks, length)
     samples = next(Run(folder / "out").sample_blocks())
     mine = (samples.tag == tag) & (samples.time > (BEFORE + 0.5) * STEP)
     return samples.angular_velocity[mine], samples.velocity[mine]
@@ -95,3 +102,12 @@ def test_a_sphere_with_the_number_of_another_one_begins_afresh(tmp_path):
     _, fresh = speeds(tmp_path / "fresh", first, new.format(gone=1, tag=3), tag=3)
     assert again == pytest.approx(fresh, abs=1e-9)
     assert np.linalg.norm(fresh[-1]) > 0.02  # the deleted one's wake takes it along
+
+
+@pytest.mark.parametrize("density, falls", [(2.5, True), (1.0, False)])
+def test_a_box_that_falls_is_warned_of(tmp_path, density, falls):
+    """Nothing holds what weighs in a box that is periodic everywhere; a sphere as dense as the fluid does not."""
+    weight = "fix weight all gravity 1.0 vector 0 -1 0"
+    sphere = MOVING.format(z=1.0, tag=1, d=0.8, density=density) + f"\n{weight}"
+    said = made(tmp_path / "run", sphere, "", gravity="gravity = [0.0, -1.0, 0.0]")
+    assert ("acts along y, where nothing holds the box back" in said) == falls

@@ -302,6 +302,8 @@ TEST(BadSettings, WarningsAreGiven) {
                     slides = "boundary.z_upper_velocity=[1, 0, 0]";
   EXPECT_THAT(spoken({profile, walls, slides}), HasSubstr("what the z walls move"));
   EXPECT_EQ(spoken({profile, walls, slides, "boundary.y=\"free_slip\""}), "");
+  EXPECT_THAT(spoken({profile, walls, "start.velocity=1.0", "boundary.y=\"free_slip\""}),
+              HasSubstr("'start.velocity' = 1 is even over the box"));
   EXPECT_THAT(spoken({profile, "start.disturbance=0.1"}), HasSubstr("'start.velocity'"));
   EXPECT_EQ(spoken({profile, "start.disturbance=0.1", "start.velocity=1.0"}), "");
   EXPECT_THAT(spoken({profile, "start.velocity=1.0", "start.seed=2"}),
@@ -382,6 +384,29 @@ TEST(BadSettings, LongImplicitStepsOfFreeSpheresAreWarnedOf) {
   EXPECT_EQ(spoken(7.9, 3.0, true), "");
   EXPECT_EQ(spoken(8.1, 3.0, false), "");
   EXPECT_EQ(spoken(0.19, 0.3, true), "");
+}
+
+/// reference.* names spheres that are not there; a mean of several sizes is none's own and fits.
+TEST(BadSettings, WarnsOfAReferenceThatNoSphereHas) {
+  Settings s = parse_settings("", "fluid.toml", good);
+  s.reference.diameter = 0.1;
+  s.reference.sphere_density = 2.5;
+  const auto sphere = [](double diameter, double density) {
+    return SphereState{.radius = 0.5 * diameter, .mobile = true, .density = density};
+  };
+  const auto spoken = [&s](const std::vector<SphereState>& spheres) {
+    return warnings_of_reference(s, extremes_of(s, spheres, s.time.step));
+  };
+  EXPECT_THAT(spoken({sphere(0.1, 2.5), sphere(0.1, 2.5)}), testing::IsEmpty());
+  EXPECT_THAT(spoken({sphere(0.05, 2.0), sphere(0.2, 3.0)}), testing::IsEmpty());
+  EXPECT_THAT(spoken({}), testing::IsEmpty());
+  EXPECT_THAT(spoken({sphere(0.2, 5.0)}),
+              testing::ElementsAre(
+                  HasSubstr("'reference.diameter' = 0.1, but the mobile spheres have 0.2:"),
+                  HasSubstr("'reference.sphere_density' = 2.5, but the mobile spheres have 5:")));
+  s.reference.sphere_density = 0.0;  // no grains are meant
+  EXPECT_THAT(spoken({sphere(0.02, 5.0), sphere(0.05, 5.0)}),
+              testing::ElementsAre(HasSubstr("have 0.02 to 0.05:")));
 }
 
 /// Keys of spheres, told once, in a run that can have none.

@@ -311,6 +311,23 @@ TEST(Statistics, FrictionWithoutADrivingForceIsTheWalls) {
     }
 }
 
+/// Of what drives a flow over a bed side walls take a part: u_tau is not the driving's then.
+TEST(Statistics, SideWallsTakeAPartOfTheDriving) {
+  const std::vector<SphereState> spheres{
+      {.tag = 1, .position = {0.7, 0.4, 0.6}, .radius = 0.3, .mobile = false}};
+  for (const Wall side : {Wall::free_slip, Wall::no_slip}) {
+    Settings s = box({24, 20, 24}, 1.0 / 16, 0.01, 0.002);
+    s.flow.driving = Driving::pressure_gradient;
+    s.flow.pressure_gradient = 0.3;
+    s.boundary.z = {side, side};
+    Channel<double> channel(s, MPI_COMM_WORLD);
+    channel.set_velocity([](int c, const Vec3& x) { return c == 0 ? x[1] : 0.0; });
+    Statistics<double> statistics(channel.settings(), channel.grid(), channel.decomposition());
+    statistics.sample(view_of(std::as_const(channel)), spheres, 1.0);
+    EXPECT_EQ(statistics.result().u_tau.has_value(), side == Wall::free_slip);
+  }
+}
+
 /// The stress defect is the largest distance of the stress from the line between both walls, over
 /// the stress of the walls: here of a cubic profile, by hand from its values.
 TEST(Statistics, TheStressDefectIsTheLargestDistanceFromTheLine) {

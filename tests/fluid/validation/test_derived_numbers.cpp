@@ -67,6 +67,19 @@ TEST(DerivedNumbers, TakeTheFrictionFromAConstantDrivingForce) {
   EXPECT_NEAR(derive_numbers(s).friction.value().u_tau, 0.2, 1e-14);  // sqrt(0.16 * 0.5 / 2)
 }
 
+/// Side walls bear a part of the driving that is not known before the run.
+TEST(DerivedNumbers, KnowNoFrictionBetweenSideWalls) {
+  Settings s = setup_two();
+  for (const Driving driving : {Driving::bulk_velocity, Driving::pressure_gradient}) {
+    s.flow.driving = driving;
+    s.flow.pressure_gradient = 0.16;
+    s.boundary.z = {Wall::periodic, Wall::periodic};
+    EXPECT_TRUE(derive_numbers(s).friction);
+    s.boundary.z = {Wall::no_slip, Wall::free_slip};
+    EXPECT_FALSE(derive_numbers(s).friction || derive_numbers(s).shields);
+  }
+}
+
 /// At Re_b = 10 Dean's law would give a seventeenth of the stress.
 TEST(DerivedNumbers, KnowLaminarFlow) {
   Settings s = setup_two();
