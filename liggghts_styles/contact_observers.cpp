@@ -24,8 +24,8 @@ void ContactObservers::add(const LAMMPS_NS::Fix* wall) {
 void ContactObservers::check_pairs(LAMMPS_NS::LAMMPS* lmp, std::string_view style) {
   if (!pairs_)
     stop_run(lmp, fmt::format("{} works with pair_style gran and a contact model that bedload "
-                              "knows: normal actm, rpm, hertz or hooke",
-                              style));
+                              "knows: {}",
+                              style, known_models));
   pairs_ = false;  // the next run's have to report again
 }
 

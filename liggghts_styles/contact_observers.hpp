@@ -10,6 +10,11 @@ class LAMMPS;
 
 namespace bedload {
 
+/// Contact models that report, in the words of a sentence.
+inline constexpr std::string_view known_models =
+    "normal actm, rpm, hertz or hooke, the last two with tangential history, haff_werner or none, "
+    "without cohesion, and with rolling friction beside haff_werner alone";
+
 /// Which contact models tell a fix of ours what they see: that of the pairs, and those of which
 /// walls. They report when a run is initialised, the pairs first.
 class ContactObservers {

@@ -84,7 +84,8 @@ void FixCollisionTable::init() {
   // A run from its beginning starts a new table, a restarted one goes on with what is there: beside
   // a fluid its clock is not set yet where a command between two coupled runs initialises LIGGGHTS.
   started_ = true;
-  const bool fresh = update->ntimestep == 0 && !FluidValue::find(lmp, "goes_on", "").known();
+  const bool fluid = FluidValue::find(lmp, "dt_fluid", "").live();
+  const bool fresh = fluid ? !FluidValue::find(lmp, "goes_on", "").known() : update->ntimestep == 0;
   std::remove(open_file(file_).c_str());  // of an end that is none any more
   add_to_file(file_, fresh ? "w" : "a", [](std::FILE* out) {
     std::fseek(out, 0, SEEK_END);
@@ -172,6 +173,7 @@ void FixCollisionTable::end_of_step() {
       finish(record);
       return true;
     });
+  last_time_ = time();
   if (update->ntimestep % every_ == 0) write();
 }
 
@@ -179,8 +181,33 @@ double FixCollisionTable::time() const { return clock_offset_ + update->get_cur_
 
 void FixCollisionTable::setup(int) {
   contact_observers_.check_walls(lmp, style_name, groupbit);
-  if (restarted_) clock_offset_ = restart_time_ - update->get_cur_time();
+  set_clock();
+}
+
+void FixCollisionTable::set_clock() {
+  const bool fluid = FluidValue::find(lmp, "dt_fluid", "").live();
+  const bool begins = fluid && !beside_fluid_ && !FluidValue::find(lmp, "goes_on", "").known();
+  const double now = update->get_cur_time();
+  if (begins) {
+    const double before = time();
+    clock_offset_ = -now;
+    for (auto& [tag, contacts] : open_)
+      for (Record& record : contacts) {
+        record.start_time -= before;
+        record.last_time -= before;
+      }
+  } else if (restarted_) {
+    clock_offset_ = restart_time_ - now;
+  } else if (has_run_) {
+    clock_offset_ = last_time_ - now;
+  }
+  const auto step = static_cast<double>(update->ntimestep);  // as is, or was set back
+  for (auto& [tag, contacts] : open_)
+    for (Record& record : contacts) record.last_step = step;
   restarted_ = false;
+  has_run_ = true;
+  beside_fluid_ = fluid;
+  last_time_ = time();
 }
 
 // Rows of the file, clock, collisions so far, which are more where the run has gone on in another

@@ -87,6 +87,7 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   Record* find(double tag, double other);
   bool keep(const Record& record);
   double time() const;
+  void set_clock();
   static Row row_of(const Record& record, double end);
   void finish(const Record& record);
   void write();
@@ -104,9 +105,10 @@ class FixCollisionTable : public LAMMPS_NS::Fix {
   std::vector<Row> finished_;
   std::int64_t count_ = 0;  // finished collisions so far
   std::int64_t rows_ = 0;   // of them in the file; known to the first rank
-  // LIGGGHTS' clock begins anew after a restart; ours goes on.
-  double clock_offset_ = 0, restart_time_ = 0;
-  bool restarted_ = false;
+  // LIGGGHTS' clock begins anew after a restart or a reset_timestep; ours goes on. Beside a fluid
+  // it is the fluid's, which begins at 0 whatever LIGGGHTS did before.
+  double clock_offset_ = 0, last_time_ = 0, restart_time_ = 0;
+  bool restarted_ = false, has_run_ = false, beside_fluid_ = false;
 };
 
 }  // namespace bedload

@@ -1,5 +1,7 @@
 #include "liggghts_styles/fix_marker_film.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -52,8 +54,8 @@ void FixMarkerFilm::init() {
   if (!pairs_told_ && (force->pair != nullptr || group->count(igroup) > 1))
     warn(lmp, "fix couple/fluid",
          std::string(force->pair != nullptr
-                         ? "the pairs' contact model is none that bedload knows (actm, rpm, hertz "
-                           "or hooke)"
+                         ? fmt::format("the pairs' contact model is none that bedload knows ({})",
+                                       known_models)
                          : "there is no pair_style") +
              ", and only such a pair tells which spheres are close: those that slide or roll past "
              "each other lack the part of the fluid's resistance that the grid leaves out");

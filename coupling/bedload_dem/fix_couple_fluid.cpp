@@ -197,11 +197,24 @@ void* FixCoupleFluid::extract(const char* name, int& dim) {
 // where there is none.
 void FixCoupleFluid::post_integrate() { checks_.check_motion(dt_fluid_, deepest_in_walls); }
 
+void FixCoupleFluid::allow_run(bool allowed) {
+  run_allowed_ = allowed;
+  if (!allowed) ended_at_ = update->ntimestep;
+}
+
 void FixCoupleFluid::check_before_run() const {
   constexpr double deepest = 1.0;  // in radii; from deepest_in_walls on the fluid refuses it
+  if (ended_at_ && *ended_at_ != update->ntimestep)
+    stop_run(lmp,
+             fmt::format("fix couple/fluid: LIGGGHTS is at step {}, but the coupled_run before "
+                         "ended with step {}, and contacts under way count their steps; leave "
+                         "out the reset_timestep between them",
+                         update->ntimestep, *ended_at_));
   checks_.check_finite();
   checks_.check_scene();
   checks_.check_integrated();
+  checks_.check_moved_once();
+  checks_.warn_of_group();
   checks_.check_order(modify->find_fix(id));
   checks_.check_motion(dt_fluid_, deepest);  // the script may have moved them
   checks_.check_tags([this](int i) { return told_tag(i); });

@@ -95,8 +95,9 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
     if (!made_by_script_) made_by_script_ = ScriptAtoms::of(lmp);
   }
   const ScriptAtoms& made_by_script() const { return *made_by_script_; }
-  /// Only coupled_run may move the spheres while this fix exists.
-  void allow_run(bool allowed) { run_allowed_ = allowed; }
+  /// Only coupled_run may move the spheres while this fix exists: `allowed` from its begin to its
+  /// end, whose step is noted.
+  void allow_run(bool allowed);
 
  private:
   void hand_on_loads();
@@ -116,7 +117,8 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   SceneChecks checks_;
   std::optional<ScriptAtoms> made_by_script_;
   bool run_allowed_ = false;
-  bool must_send_motion_ = false;  ///< the fluid waits for what the script has changed
+  std::optional<std::int64_t> ended_at_;  ///< step of LIGGGHTS at the end of a coupled_run
+  bool must_send_motion_ = false;         ///< the fluid waits for what the script has changed
   LAMMPS_NS::FixPropertyAtom* force_ = nullptr;
   LAMMPS_NS::FixPropertyAtom* torque_ = nullptr;
   LAMMPS_NS::FixPropertyAtom* kept_ =

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "coupling/bedload_dem/nearest_styles.hpp"
 #include "coupling/job/peer_failure.hpp"
@@ -122,6 +123,13 @@ void LiggghtsScreen::take(const char* text, std::size_t size) {
 }
 
 void LiggghtsScreen::take_line() {
+  // Some of LIGGGHTS' warnings say what they warn of in the next line.
+  if (line_ == "WARNING:" || line_ == "WARNING: ") {
+    begun_ = "WARNING: ";
+    return;
+  }
+  if (!begun_.empty() && line_.find_first_not_of(" \t") == std::string::npos) return;
+  line_ = std::exchange(begun_, "") + line_;
   const char* name = program_name(Program::dem);
   if (line_.starts_with("ERROR")) {
     saw_error_ = true;

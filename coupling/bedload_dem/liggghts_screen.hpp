@@ -41,6 +41,7 @@ class LiggghtsScreen {
   FILE* stream_;
   const LAMMPS_NS::LAMMPS* lmp_ = nullptr;
   std::string line_;
+  std::string begun_;  ///< of a warning that goes on in the next line
   /// Warnings and notes so far: pairs and walls, and each coupled run, have the same to say.
   std::set<std::string> said_;
   bool saw_error_ = false;

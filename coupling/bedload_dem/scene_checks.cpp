@@ -84,6 +84,61 @@ void SceneChecks::check_integrated() const {
                              .c_str());
 }
 
+void SceneChecks::check_moved_once() const {
+  const LAMMPS_NS::Atom& atom = *lmp_->atom;
+  const LAMMPS_NS::Modify& modify = *lmp_->modify;
+  const auto moves = [](const LAMMPS_NS::Fix& fix) {
+    return fix.time_integrate != 0 && std::string_view(fix.style) != "nve/noforce";
+  };
+  for (int n = 0; n < modify.nfix; ++n)
+    for (int m = n + 1; m < modify.nfix; ++m) {
+      const LAMMPS_NS::Fix &one = *modify.fix[n], &other = *modify.fix[m];
+      if (!moves(one) || !moves(other)) continue;
+      const auto twice = lowest_tag(*lmp_, [&](int i) {
+        const int mask = atom.mask[i];
+        return spheres_.is_mobile(mask) && (mask & one.groupbit) != 0 &&
+               (mask & other.groupbit) != 0;
+      });
+      if (twice)
+        stop_run(lmp_,
+                 fmt::format("fix couple/fluid: atom {} is moved by two fixes, {} (id {}) and "
+                             "{} (id {}), and would go twice as far; take it out of the group "
+                             "of one of them",
+                             *twice, one.style, one.id, other.style, other.id));
+    }
+}
+
+void SceneChecks::warn_of_group() const {
+  const LAMMPS_NS::Atom& atom = *lmp_->atom;
+  const LAMMPS_NS::Modify& modify = *lmp_->modify;
+  const auto frozen = [&](int mask) {
+    return std::any_of(modify.fix, modify.fix + modify.nfix, [&](const LAMMPS_NS::Fix* fix) {
+      return std::string_view(fix->style) == "freeze" && (mask & fix->groupbit) != 0;
+    });
+  };
+  const auto outside = lowest_tag(*lmp_, [&](int i) { return !spheres_.contains(atom.mask[i]); });
+  const auto held = lowest_tag(*lmp_, [&](int i) {
+    return spheres_.is_mobile(atom.mask[i]) && frozen(atom.mask[i]) &&
+           Vec3(atom.v[i]).norm() == 0.0 && Vec3(atom.omega[i]).norm() == 0.0;
+  });
+  if (lmp_->comm->me != 0) return;
+  if (outside)
+    lmp_->error->warning(FLERR,
+                         fmt::format("fix couple/fluid: atom {} (and others perhaps) is not "
+                                     "in its group: it meets other spheres, but the fluid "
+                                     "goes through it and does not move it; write 'fix ID all "
+                                     "couple/fluid' for all of them",
+                                     *outside)
+                             .c_str());
+  if (held)
+    lmp_->error->warning(FLERR, fmt::format("fix couple/fluid: atom {} (and others perhaps) is "
+                                            "mobile and held by a fix freeze: it counts as a grain "
+                                            "and costs as one; take it into the group behind "
+                                            "'fixed' where it never moves",
+                                            *held)
+                                    .c_str());
+}
+
 void SceneChecks::check_order(int place) const {
   const LAMMPS_NS::Atom& atom = *lmp_->atom;
   const Mobility mobility(lmp_);
@@ -185,7 +240,8 @@ void SceneChecks::check_fixed() const {
     stop_run(lmp_,
              "fix couple/fluid: the spheres of the group behind 'fixed' are no more those of the "
              "coupled_run before (number, place, speed, size), and the fluid receives them once; "
-             "leave them as they are between two coupled_runs");
+             "leave them as they are between two coupled_runs (a delete_atoms gives all others new "
+             "numbers unless it says 'compress no')");
 }
 
 // A fix move, or nve/noforce with a speed, moves spheres that a fix freeze has as well.

@@ -31,6 +31,11 @@ class SceneChecks {
   /// A mobile sphere has a speed but no fix moves it; warns where it has none, and where a fixed
   /// one has.
   void check_integrated() const;
+  /// Two fixes move the same mobile sphere, twice as far as it should go.
+  void check_moved_once() const;
+  /// Warns of spheres that are not in the fluid, and of mobile ones at rest that a fix freeze
+  /// holds.
+  void warn_of_group() const;
   /// A fix that holds mobile spheres, or keeps them in a plane or line, acts before the fluid's
   /// loads come, which would move them all the same.
   /// @param place of fix couple/fluid among the fixes

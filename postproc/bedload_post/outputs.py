@@ -188,7 +188,7 @@ class Run:
         return self._contacts(COLLISIONS)
 
     def contacts(self) -> Collisions:
-        """All contacts, those that were under way at the end of the run as if they ended with it.
+        """All contacts; those that were under way at the end of the run end beyond it, at infinity.
 
         Raises UnknownContacts where these have no table: a run writes it at its end and takes it away where it goes on.
         """
@@ -199,6 +199,7 @@ class Run:
                                   "a version without this file), and no state of a grain can be told; --restart goes "
                                   "on from its checkpoint.")  # fmt: skip
         finished, under_way = self.collisions(), self._contacts(OPEN_CONTACTS)
+        under_way.end[:] = np.inf
         names = Collisions.__dataclass_fields__
         return Collisions(*(np.concatenate([getattr(c, name) for c in (finished, under_way)]) for name in names))
 

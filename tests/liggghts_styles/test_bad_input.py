@@ -179,7 +179,7 @@ CASES = {
     ),
     "films of pairs that are not heard": (
         dict(contact=f"{HERTZ} cohesion sjkr", properties=SHIPPED, lines=[HEARD, SOFT_FILM]),
-        ["fix lubrication works with pair_style gran", "actm, rpm, hertz or hooke"],
+        ["fix lubrication works with pair_style gran", "actm, rpm, hertz or hooke", "without cohesion"],
     ),
     "rows of pairs that are not heard": (
         dict(contact=f"{HERTZ} cohesion sjkr", properties=SHIPPED, lines=[HEARD, TABLE]),

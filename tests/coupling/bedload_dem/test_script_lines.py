@@ -119,3 +119,46 @@ def test_lists_that_outlive_the_skin_are_told_of(tmp_path, modify, warns):
                         ("delay 0", modify), options=("--steps", "14"))  # fmt: skip
     assert result.status == 0, result.output
     assert ("contacts may be missed" in result.output) is warns
+
+
+def test_contacts_have_the_fluids_time(tmp_path):
+    """Also where LIGGGHTS has been at work before the fluid began."""
+    unsorted = ("map array", "map array sort 0 0")
+    dry = ("fix             fluid", "timestep 1e-3\nrun 2000\nfix             fluid")
+    lines = []
+    for name, changes in (("plain", [unsorted]), ("changed", [unsorted, dry])):
+        result = run_script(tmp_path / name, *changes, options=("--steps", "180"))
+        assert result.status == 0, result.output
+        out = tmp_path / name / "out"
+        tables = [np.genfromtxt(out / table, delimiter=",", names=True) for table in
+                  ("collisions.csv", "collisions_open.csv")]  # fmt: skip
+        lines.append([np.atleast_1d(table[column]) for table in tables for column in table.dtype.names])
+    assert len(lines[0][0]) > 1
+    for plain, changed in zip(*lines):
+        assert changed == pytest.approx(plain, rel=1e-5, abs=1e-6)
+
+
+@pytest.mark.parametrize("change, words", [
+    (("fix             fluid all couple/fluid fixed bed", "fix fluid grains couple/fluid"),
+     ["atom 1 (and others perhaps) is not in its group", "the fluid goes through it"]),
+    (("couple/fluid fixed bed", "couple/fluid"), ["is mobile and held by a fix freeze", "behind 'fixed'"]),
+], ids=["spheres without the fluid", "mobile and frozen"])  # fmt: skip
+def test_groups_that_are_hardly_meant_are_warned_of(tmp_path, change, words):
+    result = run_script(tmp_path, change, options=("--steps", "2"))
+    assert result.status == 0, result.output
+    for word in words:
+        assert word in result.output
+
+
+def test_a_clock_set_back_between_two_runs_is_refused(tmp_path):
+    """Contacts under way would begin anew."""
+    change = ("1500\ncoupled_run", "1500\ncoupled_run steps 2\nreset_timestep 0\ncoupled_run")
+    result = run_script(tmp_path, change, options=("--steps", "4"))
+    assert result.status != 0
+    assert "is at step 0, but the coupled_run before ended with step 30" in result.output
+
+
+def test_a_sphere_moved_by_two_fixes_is_refused(tmp_path):
+    result = run_script(tmp_path, (MOTION, f"{MOTION}\nfix again all nve/sphere"), options=("--steps", "2"))
+    assert result.status != 0
+    assert "is moved by two fixes, nve/sphere (id motion) and nve/sphere (id again)" in result.output
