@@ -103,7 +103,7 @@ class Reader {
     throw UserError(fmt::format(
         "{}: the key '{}' is missing{}.", file_, missing_,
         meant.empty() ? ""
-                      : fmt::format("; there is '{}', which is unknown: is it meant?", meant)));
+                      : fmt::format("; the unknown '{}' may be meant", meant)));
   }
 
  private:

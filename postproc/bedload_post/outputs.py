@@ -86,6 +86,8 @@ class Run:
             if (self.folder / "fluid.toml").is_file():
                 raise MissingOutput(f"{self.folder} is a scene; the output of its runs is another folder, "
                                     "runs/SCENE-MODEL where none was named.")  # fmt: skip
+            if not self.folder.exists():
+                raise MissingOutput(f"{self.folder} is not there.")
             raise MissingOutput(f"{self.folder} has no settings.toml, so it is no output of a run.")
 
     @property

@@ -717,7 +717,7 @@ def test_nothing_is_built_for_a_line_that_is_not_understood(monkeypatch):
     [
         (["turbulence", "FOLDER"], "FOLDER has no settings.toml, so it is no output of a run."),
         (["channel180", "--from", "FOLDER"], "FOLDER has no settings.toml, so it is no output of a run."),
-        (["threshold", "--report-only", "--out", "FOLDER"], "FOLDER/bed has no settings.toml, so it is no output"),
+        (["threshold", "--report-only", "--out", "FOLDER"], "FOLDER/bed is not there."),
         (["analysis_speed", "--smaples=2000"], "bedload study analysis_speed has no '--smaples=2000'; did you mean --"),
         (["analysis_speed", "--samp", "2000"], "has no '--samp'; did you mean --samples?"),
         (["analysis_speed", "--nonsense"], "bedload study analysis_speed has no '--nonsense'"),
