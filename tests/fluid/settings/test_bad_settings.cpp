@@ -236,7 +236,7 @@ TEST(BadSettings, AMisnamedRequiredKeyIsShown) {
     ADD_FAILURE();
   } catch (const UserError& error) {
     EXPECT_THAT(error.what(),
-                AllOf(HasSubstr("'time.step' is missing"), HasSubstr("'time.stepp', which")));
+                AllOf(HasSubstr("'time.step' is missing"), HasSubstr("'time.stepp' may be meant")));
   }
 }
 
