@@ -100,10 +100,9 @@ class Reader {
     each_unknown(table_, "",
                  [&](const std::string& name, const toml::node&) { unknown.insert(name); });
     const std::string meant = nearest(missing_, unknown);
-    throw UserError(fmt::format(
-        "{}: the key '{}' is missing{}.", file_, missing_,
-        meant.empty() ? ""
-                      : fmt::format("; the unknown '{}' may be meant", meant)));
+    throw UserError(
+        fmt::format("{}: the key '{}' is missing{}.", file_, missing_,
+                    meant.empty() ? "" : fmt::format("; the unknown '{}' may be meant", meant)));
   }
 
  private:
