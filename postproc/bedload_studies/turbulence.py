@@ -20,7 +20,7 @@ import numpy as np  # noqa: E402
 from bedload_launcher.errors import UserError, unknown  # noqa: E402
 from bedload_launcher.numbers import finite  # noqa: E402
 from bedload_post.batches import mean_over_time  # noqa: E402
-from bedload_post.bed_friction import friction_velocity  # noqa: E402
+from bedload_post.bed_friction import friction_velocity, has_side_walls  # noqa: E402
 from bedload_post.outputs import MissingOutput, Run  # noqa: E402
 from matplotlib.backend_bases import FigureCanvasBase  # noqa: E402
 
@@ -137,13 +137,14 @@ def run(options: argparse.Namespace) -> int:
             raise UserError(f"--heights has {height:g}, but the box of {options.folder} is {case.box[1]:g} high.")
     along_x, along_z, count = correlations(case, heights, options.since, LAMINAR * case.bulk_velocity**2)
     still = np.isnan(along_x[:, 0]) & np.isnan(along_z[:, 0])
-    friction, source = friction_velocity(case, options.since)
     history = case.history()
     late = history["time"] >= options.since
     energy = history["kinetic_energy"][late]
     mean_energy = mean_over_time(history["time"], history["kinetic_energy"], options.since)
-    print(f"u_tau / u_b      {friction / case.bulk_velocity:.4f} ({source})")
-    print(f"Re_tau           {friction * case.depth / case.viscosity:.0f}")
+    if not has_side_walls(case):  # which bear a part of the driving force
+        friction, source = friction_velocity(case, options.since)
+        print(f"u_tau / u_b      {friction / case.bulk_velocity:.4f} ({source})")
+        print(f"Re_tau           {friction * case.depth / case.viscosity:.0f}")
     print(f"kinetic energy   {mean_energy:.4f}, between {energy.min():.4f} and {energy.max():.4f}")
     print(f"snapshots        {count}")
     if still.any():
