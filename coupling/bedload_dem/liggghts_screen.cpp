@@ -129,7 +129,7 @@ void LiggghtsScreen::take_line() {
     return;
   }
   if (!begun_.empty() && line_.find_first_not_of(" \t") == std::string::npos) return;
-  line_ = std::exchange(begun_, "") + line_;
+  if (!begun_.empty()) line_ = std::exchange(begun_, "") + line_;
   const char* name = program_name(Program::dem);
   if (line_.starts_with("ERROR")) {
     saw_error_ = true;
