@@ -90,6 +90,7 @@ void CoupledRun::run(int narg, char** arg) {
   fluid->check_before_run();
   warn_without_walls(lmp, fluid->names_fixed());
   warn_without_spin(lmp);
+  warn_of_stiff_contacts(lmp, fluid->fluid_time_step());
   warn_of_partly_held(lmp);
   warn_of_contacts_through_both_sides(lmp);
   prepare(*fluid, std::max<std::int64_t>(0, behind), most_steps);

@@ -4,7 +4,9 @@
 #include <mpi.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <limits>
 #include <string_view>
 #include <vector>
 
@@ -15,13 +17,17 @@
 #include "error.h"
 #include "fix.h"
 #include "fix_move.h"
+#include "fix_property_global.h"
 #include "force.h"
 #include "lammps.h"
 #include "liggghts_styles/find_fix.hpp"
 #include "liggghts_styles/fluid_values.hpp"
+#include "liggghts_styles/formulas/rayleigh_time.hpp"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/private_access.hpp"
 #include "modify.h"
+#include "pair_gran.h"
+#include "update.h"
 
 namespace bedload {
 namespace {
@@ -92,6 +98,39 @@ void warn_without_spin(LAMMPS_NS::LAMMPS* lmp) {
       fmt::format("fix couple/fluid: fix {} (id {}) moves spheres without turning them, so that "
                   "they slide where they should roll; write 'fix {} GROUP nve/sphere'",
                   mover->style, mover->id, mover->id)
+          .c_str());
+}
+
+void warn_of_stiff_contacts(LAMMPS_NS::LAMMPS* lmp, double fluid_time_step) {
+  constexpr double most = 0.3;  // of the Rayleigh time; usual are a tenth to three tenths
+  if (lmp->force->pair == nullptr || std::string_view(lmp->force->pair_style) != "gran") return;
+  auto& pair = static_cast<LAMMPS_NS::PairGran&>(*lmp->force->pair);
+  if (!pair.contact_match("normal", "hertz") && !pair.contact_match("normal", "hooke")) return;
+  const LAMMPS_NS::Atom& atom = *lmp->atom;
+  const auto property = [&](const char* name) {
+    return static_cast<LAMMPS_NS::FixPropertyGlobal*>(lmp->modify->find_fix_property(
+        name, "property/global", "peratomtype", atom.ntypes, 0, "fix couple/fluid", false));
+  };
+  auto *const stiffness = property("youngsModulus"), *const poisson = property("poissonsRatio");
+  if (stiffness == nullptr || poisson == nullptr) return;  // LIGGGHTS asks for them itself
+  double shortest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < atom.nlocal; ++i) {
+    const int type = atom.type[i] - 1;
+    shortest = std::min(shortest, contact::rayleigh_time(atom.radius[i], atom.density[i],
+                                                         stiffness->compute_vector(type),
+                                                         poisson->compute_vector(type)));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &shortest, 1, MPI_DOUBLE, MPI_MIN, lmp->world);
+  const double step = lmp->update->dt;
+  if (step <= most * shortest || lmp->comm->me != 0) return;
+  const double steps = 15.0 * std::ceil(fluid_time_step / (most * shortest) / 15.0);
+  lmp->error->warning(
+      FLERR,
+      fmt::format("fix couple/fluid: LIGGGHTS' step of {:.3g} is {:.0f} % of the shortest "
+                  "Rayleigh time of the spheres ({:.3g}), and contacts of hertz or hooke want "
+                  "{:.0f} % at most; set 'coupling.dem_steps' of fluid.toml to {:.0f} or "
+                  "lower youngsModulus",
+                  step, 100.0 * step / shortest, shortest, 100.0 * most, steps)
           .c_str());
 }
 

@@ -24,6 +24,11 @@ void warn_without_walls(LAMMPS_NS::LAMMPS* lmp, bool fixed_spheres);
 /// would come to nothing.
 void warn_without_spin(LAMMPS_NS::LAMMPS* lmp);
 
+/// Warns where LIGGGHTS' step is too long for contacts of hertz or hooke, whose stiffness is the
+/// material's: a large part of the Rayleigh time. Collective.
+/// @param fluid_time_step [T]
+void warn_of_stiff_contacts(LAMMPS_NS::LAMMPS* lmp, double fluid_time_step);
+
 /// Warns where two spheres can touch each other through both sides of a periodic box: LIGGGHTS
 /// keeps what a contact remembers by the partner's number alone, so that each of the two contacts
 /// goes on with the other's. Collective.

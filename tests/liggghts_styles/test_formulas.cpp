@@ -10,6 +10,7 @@
 #include "liggghts_styles/formulas/collision_in_fluid.hpp"
 #include "liggghts_styles/formulas/haff_werner.hpp"
 #include "liggghts_styles/formulas/lubrication.hpp"
+#include "liggghts_styles/formulas/rayleigh_time.hpp"
 #include "liggghts_styles/formulas/rpm.hpp"
 #include "liggghts_styles/formulas/tangential_lubrication.hpp"
 
@@ -785,6 +786,11 @@ TEST(TangentialLubrication, WhatMarkersLeaveAtAWall) {
 
 // No damper may take more than there is: with x << 1 the formula, with x >> 1 half of what stops
 // the sphere, as its partner may bring as much.
+TEST(RayleighTime, ByHand) {
+  // G = 5e6/2.9 = 1.72414e6, π 0.01 √(2500/G) = 1.19628e-3, 0.1631·0.45 + 0.8766 = 0.949995
+  EXPECT_NEAR(contact::rayleigh_time(0.01, 2500.0, 5e6, 0.45), 1.25925e-3, 1e-8);
+}
+
 TEST(TangentialLubrication, StepShare) {
   EXPECT_NEAR(tangential_step_share(3.0, 1e-9), 1, 1e-8);
   EXPECT_NEAR(tangential_step_share(1e3, 1.0) * 2e3, 1, 1e-12);

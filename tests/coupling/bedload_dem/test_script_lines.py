@@ -162,3 +162,15 @@ def test_a_sphere_moved_by_two_fixes_is_refused(tmp_path):
     result = run_script(tmp_path, (MOTION, f"{MOTION}\nfix again all nve/sphere"), options=("--steps", "2"))
     assert result.status != 0
     assert "is moved by two fixes, nve/sphere (id motion) and nve/sphere (id again)" in result.output
+
+
+@pytest.mark.parametrize("substeps, warned", [(15, True), (45, False)])
+def test_steps_too_long_for_a_stiff_contact_are_warned_of(tmp_path, substeps, warned):
+    """T_R = pi/2 sqrt(2.5/1.923e6)/0.92553 = 1.935e-3: a step of 0.02/15 is 69 % of it, one of 0.02/45 is 23 %."""
+    elastic = ("fix m3 all property/global youngsModulus peratomtype 5e6 5e6\n"
+               "fix m4 all property/global poissonsRatio peratomtype 0.3 0.3\nfix             m1")  # fmt: skip
+    changes = (("fix             m1", elastic), ("model actm tangential haff_werner", "model hertz tangential off"))
+    result = run_script(tmp_path, *changes, options=("--steps", "1", "--set", f"coupling.dem_steps={substeps}"))
+    assert result.status == 0, result.output
+    sentence = "is 69 % of the shortest Rayleigh time of the spheres (0.00194)"
+    assert (sentence in result.output and "'coupling.dem_steps' of fluid.toml to 45" in result.output) == warned
