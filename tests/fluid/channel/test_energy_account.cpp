@@ -134,7 +134,8 @@ TEST(EnergyAccount, ConvectionWorksByTheTimeSchemesErrorAlone) {
       flow.step();
       if (n >= steps / 2) sum += flow.work().convective;
     }
-    return std::abs(sum / (steps - steps / 2));
+    const int later = steps - steps / 2;
+    return std::abs(sum / later);
   };
   const double smooth = convective(0.008, 16, false) / convective(0.004, 32, false);
   EXPECT_GT(smooth, 6.0);

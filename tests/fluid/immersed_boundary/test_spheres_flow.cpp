@@ -350,7 +350,7 @@ TEST(SphereInFlow, ASphereWithALargeCoreFeelsTheStokesTorque) {
 /// Torque about z, over rho u^2 D^3, on a sphere that moves at `motion` through fluid that streams
 /// at `stream`, mean of the last fifth of 60 steps of 0.1 D/u.
 double torque_in_stream(const Vec3& stream, const Vec3& motion) {
-  const int diameter = 8, steps = 60;
+  const int diameter = 8, steps = 60, fifth = steps / 5;
   const double speed = 0.25;
   Settings s = periodic_cube(3 * diameter, speed * diameter / 150.0, 0.1 * diameter / speed);
   SphereState sphere = sphere_at({12.5, 8.5, 12.5}, diameter, true);
@@ -363,7 +363,7 @@ double torque_in_stream(const Vec3& stream, const Vec3& motion) {
       channel.predict(stage);
       const double dt = two_alpha(stage);
       const SphereLoad load = channel.force_spheres(stage).at(0);
-      if (step >= 4 * steps / 5) torque += dt * load.torque.z() / (steps / 5);
+      if (step >= 4 * fifth) torque += dt * load.torque.z() / fifth;
       channel.project(stage);
       sphere.position += dt * channel.time_step() * sphere.velocity;
       for (int d = 0; d < 3; ++d)
@@ -441,7 +441,8 @@ double speed_left(double density, double diffusion_number) {
   const double diameter = 6.0, start = 0.01;
   std::vector<SphereState> spheres;
   for (int n = 0; n < 8; ++n) {
-    const Vec3 corner(n % 2, n / 2 % 2, n / 4);
+    const int top = n / 4;
+    const Vec3 corner(n % 2, n / 2 % 2, top);
     SphereState sphere = sphere_at(6.5 * corner + Vec3(3.3, 3.1, 2.9), diameter, true);
     sphere.tag = n + 1;
     sphere.density = density;

@@ -29,7 +29,7 @@ Settings small_box() {
   return settings;
 }
 
-SphereState sphere(std::int64_t tag, Vec3 position, bool mobile, double radius = 0.4) {
+SphereState sphere(std::int64_t tag, const Vec3& position, bool mobile, double radius = 0.4) {
   return {.tag = tag,
           .position = position,
           .velocity = Vec3::Zero(),
@@ -554,6 +554,7 @@ double force_of_packing(bool mobile, double diffusion_number, double longer = 1.
   Flow<double> flow(settings, MPI_COMM_SELF);
   flow.fill([](int c, const Vec3&) { return c == 0 ? 1.0 : 0.0; });
   std::vector<SphereState> all;
+  all.reserve(4);
   for (int n = 0; n < 4; ++n)
     all.push_back(sphere(n,
                          length * Vec3(n == 1 || n == 2, n == 1 || n == 3, n == 2 || n == 3) / 2 +
@@ -621,6 +622,7 @@ std::vector<double> slips_of_eight(bool mobile) {
   Flow<double> flow(settings, MPI_COMM_WORLD);
   flow.fill(wavy);
   std::vector<SphereState> all;
+  all.reserve(8);
   for (int n = 0; n < 8; ++n)
     all.push_back(
         sphere(n, Vec3(1.2, 1.0, 0.8) + 0.22 * Vec3(n & 1 ? 1 : -1, n & 2 ? 1 : -1, n & 4 ? 1 : -1),

@@ -575,7 +575,7 @@ TEST(Statistics, GoOnAfterARestartAndDoNotKnowTheRanks) {
     same(a.*member, b.*member);
   same(a.spectra[0].x[1], b.spectra[0].x[1]);
   same(a.spectra[0].z[2], b.spectra[0].z[2]);
-  for (const std::vector<double> heights : {std::vector{0.7, 0.9}, std::vector{0.9}}) {
+  for (const std::vector<double>& heights : {std::vector{0.7, 0.9}, std::vector{0.9}}) {
     settings.statistics.spectra_heights = heights;
     WrittenFlow other(settings, MPI_COMM_WORLD);
     EXPECT_THROW(test::carry_over(begun.statistics, other.statistics, folder / "statistics.h5",
