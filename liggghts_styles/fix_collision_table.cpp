@@ -188,6 +188,12 @@ void FixCollisionTable::set_clock() {
   const bool fluid = FluidValue::find(lmp, "dt_fluid", "").live();
   const bool begins = fluid && !beside_fluid_ && !FluidValue::find(lmp, "goes_on", "").known();
   const double now = update->get_cur_time();
+  if (begins && has_run_ && compute_scalar() > 0)
+    stop_run(lmp,
+             fmt::format("fix collision/table: '{}' holds contacts of a run before the fluid, "
+                         "the times of which would mix with the fluid's; write this fix behind "
+                         "that run",
+                         file_));
   if (begins) {
     const double before = time();
     clock_offset_ = -now;

@@ -128,8 +128,11 @@ void LiggghtsScreen::take_line() {
     begun_ = "WARNING: ";
     return;
   }
-  if (!begun_.empty() && line_.find_first_not_of(" \t") == std::string::npos) return;
-  if (!begun_.empty()) line_ = std::exchange(begun_, "") + line_;
+  if (!begun_.empty()) {
+    const std::size_t text = line_.find_first_not_of(" \t");
+    if (text == std::string::npos) return;
+    line_ = std::exchange(begun_, "") + line_.substr(text);
+  }
   const char* name = program_name(Program::dem);
   if (line_.starts_with("ERROR")) {
     saw_error_ = true;

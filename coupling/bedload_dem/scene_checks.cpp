@@ -16,15 +16,32 @@
 #include "coupling/exchange/handshake.hpp"
 #include "coupling/exchange/stages.hpp"
 #include "coupling/job/roles.hpp"
-#include "error.h"
 #include "fix.h"
 #include "lammps.h"
 #include "liggghts_styles/keywords.hpp"
 #include "liggghts_styles/mobility.hpp"
+#include "liggghts_styles/model_scale.hpp"
 #include "modify.h"
 #include "update.h"
 
 namespace bedload {
+namespace {
+
+constexpr const char* name = "fix couple/fluid";
+
+bool has_speed(const LAMMPS_NS::Atom& atom, int i) {
+  return Vec3(atom.v[i]).norm() > 0.0 || Vec3(atom.omega[i]).norm() > 0.0;
+}
+
+/// Groups that a fix freeze holds.
+int frozen_groups(const LAMMPS_NS::Modify& modify) {
+  int groups = 0;
+  for (int n = 0; n < modify.nfix; ++n)
+    if (std::string_view(modify.fix[n]->style) == "freeze") groups |= modify.fix[n]->groupbit;
+  return groups;
+}
+
+}  // namespace
 
 // LIGGGHTS itself looks for the box of such a position for ever.
 void SceneChecks::check_finite() const {
@@ -55,33 +72,28 @@ void SceneChecks::check_integrated() const {
   const auto left_alone = [&](int i) {
     return spheres_.is_mobile(atom.mask[i]) && mobility.left_alone(atom.mask[i]);
   };
-  const auto has_speed = [&](int i) {
-    return Vec3(atom.v[i]).norm() > 0.0 || Vec3(atom.omega[i]).norm() > 0.0;
-  };
-  const auto moving = lowest_tag(*lmp_, [&](int i) { return left_alone(i) && has_speed(i); });
+  const auto moving = lowest_tag(*lmp_, [&](int i) { return left_alone(i) && has_speed(atom, i); });
   if (moving)
     stop_run(lmp_, fmt::format("fix couple/fluid: atom {} is mobile and has a speed, but no fix "
                                "moves it; put it in the group of a 'fix nve/sphere', set its "
                                "velocity to 0, or take it into the group behind 'fixed', where its "
                                "surface goes with that speed for ever",
                                *moving));
-  const auto driving =
-      lowest_tag(*lmp_, [&](int i) { return spheres_.is_fixed(atom.mask[i]) && has_speed(i); });
-  if (driving && lmp_->comm->me == 0)
-    lmp_->error->warning(FLERR,
-                         fmt::format("fix couple/fluid: atom {} (and others perhaps) is fixed and "
-                                     "has a speed: it stays in its place, and its surface goes "
-                                     "with that speed and drives the fluid, as a roller does; for "
-                                     "a sphere at rest set velocity and omega to 0",
-                                     *driving)
-                             .c_str());
-  if (const auto still = lowest_tag(*lmp_, left_alone); still && lmp_->comm->me == 0)
-    lmp_->error->warning(FLERR,
-                         fmt::format("fix couple/fluid: atom {} (and others perhaps) is mobile, "
-                                     "but no fix moves it, so that it stays where it is; put it "
-                                     "in the group of a 'fix nve/sphere'",
-                                     *still)
-                             .c_str());
+  const auto driving = lowest_tag(
+      *lmp_, [&](int i) { return spheres_.is_fixed(atom.mask[i]) && has_speed(atom, i); });
+  if (driving)
+    warn(
+        lmp_, name,
+        fmt::format("atom {} (and others perhaps) is fixed and has a speed: it stays in its place, "
+                    "and its surface goes with that speed and drives the fluid, as a roller does; "
+                    "for a sphere at rest set velocity and omega to 0",
+                    *driving));
+  if (const auto still = lowest_tag(*lmp_, left_alone))
+    warn(
+        lmp_, name,
+        fmt::format("atom {} (and others perhaps) is mobile, but no fix moves it, so that it stays "
+                    "where it is; put it in the group of a 'fix nve/sphere'",
+                    *still));
 }
 
 void SceneChecks::check_moved_once() const {
@@ -110,33 +122,25 @@ void SceneChecks::check_moved_once() const {
 
 void SceneChecks::warn_of_group() const {
   const LAMMPS_NS::Atom& atom = *lmp_->atom;
-  const LAMMPS_NS::Modify& modify = *lmp_->modify;
-  const auto frozen = [&](int mask) {
-    return std::any_of(modify.fix, modify.fix + modify.nfix, [&](const LAMMPS_NS::Fix* fix) {
-      return std::string_view(fix->style) == "freeze" && (mask & fix->groupbit) != 0;
-    });
-  };
-  const auto outside = lowest_tag(*lmp_, [&](int i) { return !spheres_.contains(atom.mask[i]); });
-  const auto held = lowest_tag(*lmp_, [&](int i) {
-    return spheres_.is_mobile(atom.mask[i]) && frozen(atom.mask[i]) &&
-           Vec3(atom.v[i]).norm() == 0.0 && Vec3(atom.omega[i]).norm() == 0.0;
-  });
-  if (lmp_->comm->me != 0) return;
-  if (outside)
-    lmp_->error->warning(FLERR,
-                         fmt::format("fix couple/fluid: atom {} (and others perhaps) is not "
-                                     "in its group: it meets other spheres, but the fluid "
-                                     "goes through it and does not move it; write 'fix ID all "
-                                     "couple/fluid' for all of them",
-                                     *outside)
-                             .c_str());
-  if (held)
-    lmp_->error->warning(FLERR, fmt::format("fix couple/fluid: atom {} (and others perhaps) is "
-                                            "mobile and held by a fix freeze: it counts as a grain "
-                                            "and costs as one; take it into the group behind "
-                                            "'fixed' where it never moves",
-                                            *held)
-                                    .c_str());
+  const int frozen = frozen_groups(*lmp_->modify);
+  if (const auto outside =
+          lowest_tag(*lmp_, [&](int i) { return !spheres_.contains(atom.mask[i]); }))
+    warn(
+        lmp_, name,
+        fmt::format("atom {} (and others perhaps) is not in its group: it meets other spheres, but "
+                    "the fluid goes through it and does not move it; write 'fix ID all "
+                    "couple/fluid' for all of them",
+                    *outside));
+  if (const auto held = lowest_tag(*lmp_, [&](int i) {
+        const int mask = atom.mask[i];
+        return spheres_.is_mobile(mask) && (mask & frozen) != 0 && !has_speed(atom, i);
+      }))
+    warn(
+        lmp_, name,
+        fmt::format("atom {} (and others perhaps) is mobile and held by a fix freeze: it counts as "
+                    "a grain and costs as one; take it into the group behind 'fixed' where it "
+                    "never moves",
+                    *held));
 }
 
 void SceneChecks::check_order(int place) const {

@@ -130,6 +130,8 @@ class ImmersedBoundary {
   /// How often the mobile spheres' markers were found, and how often they were weighed.
   int placings() const { return placings_; }
   int weighings() const { return weighings_; }
+  /// Layouts of markers that are kept, one per radius.
+  std::size_t layouts() const { return layout_by_radius_.size(); }
   /// Loops of the last forcing; the same on every rank.
   int loops() const { return applied_.loops; }
   /// Force of this rank's markers and cores on the fluid, mean over the last forcing's stage

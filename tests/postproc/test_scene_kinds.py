@@ -56,6 +56,14 @@ def test_a_bed_keeps_its_states_and_its_friction(tmp_path):
     run = Run(write_run(tmp_path / "run", wandering_story()))
     assert "time jumping" in lines_of(run)
     assert "Re_tau" in {line.what for line in summary.flow_lines(run)}
+    # Side walls bear a part of the driving that nobody knows.
+    settings = run.folder / "settings.toml"
+    text = settings.read_text()
+    assert 'boundary.z = ["periodic", "periodic"]' in text
+    settings.write_text(text.replace('boundary.z = ["periodic", "periodic"]', 'boundary.z = ["no_slip", "no_slip"]'))
+    walled = Run(run.folder)
+    assert not {line.what for line in summary.flow_lines(walled)} & {"Re_tau", "friction velocity", "Shields number"}
+    settings.write_text(text)
     # A wall in place of the bed, under a stream: the same.
     with h5py.File(run.folder / "spheres.h5", "r+") as file:
         del file["fixed"]

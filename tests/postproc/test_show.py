@@ -156,6 +156,20 @@ def test_a_grain_that_still_touches_does_not_jump(folder, tmp_path):
     assert len(Run(run).collisions()) == 0 and len(Run(run).contacts()) == 1
 
 
+@pytest.mark.parametrize("until", [-1e-9, 0.0, 1e-9])
+def test_a_contact_under_way_ends_no_phase(folder, tmp_path, until):
+    """Whether the table's end or the last sample is later is a matter of round-off."""
+    run = tmp_path / "rolls"
+    shutil.copytree(folder, run)
+    header = (run / "collisions.csv").read_text().splitlines()[0]
+    (run / "collisions.csv").write_text(header + "\n")
+    last = max(time[-1] for time, _ in Run(run).instants())
+    row = f"1,-1,{0.5 * last!r},{last + until!r},0,0,0,0,0,0,0,0"
+    (run / "collisions_open.csv").write_text(f"{header}\n{row}\n")
+    phases = phases_of(Run(run))
+    assert phases.end.max() == last and not phases.complete[phases.end == last].any()
+
+
 def test_a_run_without_collisions_or_grains(folder, tmp_path):
     bare = tmp_path / "bare"
     shutil.copytree(folder, bare)

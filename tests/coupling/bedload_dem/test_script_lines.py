@@ -174,3 +174,11 @@ def test_steps_too_long_for_a_stiff_contact_are_warned_of(tmp_path, substeps, wa
     assert result.status == 0, result.output
     sentence = "is 69 % of the shortest Rayleigh time of the spheres (0.00194)"
     assert (sentence in result.output and "'coupling.dem_steps' of fluid.toml to 45" in result.output) == warned
+
+
+def test_a_warning_that_begins_in_the_next_line_arrives(tmp_path):
+    """As LIGGGHTS' own of contact models that it was not compiled for."""
+    lines = 'print "WARNING: "\nprint "  of this"\nprint "of nothing"\nthermo '
+    result = run_script(tmp_path, ("thermo ", lines), options=("--steps", "1"))
+    assert result.status == 0, result.output
+    assert "bedload-dem: WARNING: of this" in result.output and "of nothing" not in result.output
