@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <span>
+#include <string_view>
 
 #include "domain.h"
 #include "fix_property_atom.h"
@@ -145,6 +146,9 @@ void FixLubrication::tell_range() const {
 void FixLubrication::init() {
   refuse_neighbor_multi(lmp, style_name);
   refuse_clumps(lmp, style_name);
+  if (std::string_view(update->integrate_style) != "verlet")
+    stop_run(lmp, fmt::format("{}: films act with run_style verlet alone, and this script has '{}'",
+                              style_name, update->integrate_style));
   mobility_ = Mobility(lmp);
   contact_observers_.check_pairs(lmp, style_name);
   refuse_newton(lmp, style_name);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 #include <map>
@@ -113,6 +115,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     }
     settle_settings();
     viscosity_ = bedload::find_viscosity(lmp);
+    require_viscosity();
     lubrication_ = bedload::find_lubrication(lmp);
     bedload::refuse_neighbor_multi(lmp, "normal model actm");
     bedload::refuse_clumps(lmp, "normal model actm");
@@ -129,8 +132,10 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
                          ForceData& j_forces) override {
     if (s.contact_flags) *s.contact_flags |= CONTACT_NORMAL_MODEL;
     History& h = *reinterpret_cast<History*>(s.contact_history + first_);
-    const bool advancing = s.computeflag && s.shearupdate;
     const auto now = static_cast<double>(update->ntimestep);
+    const bool advancing =
+        s.computeflag &&
+        (s.shearupdate || (h.stiffness > 0 && bedload::one_step_late(lmp, h.step)));
 
     // Where the integrator asks again for the forces of a step that was made (start of a run,
     // output), it gets what was applied; asked for them at a step not made, the contact is read
@@ -181,6 +186,17 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     constexpr double of_rule[] = {0, 1, 5};
     critical_stokes_ = stokes_setting_ == not_given ? of_rule[rule_] : stokes_setting_;
     resting_overlap_ = overlap_setting_ == not_given ? 1e-3 : overlap_setting_;
+  }
+
+  /// A Stokes number that somebody asked for needs a viscosity.
+  void require_viscosity() const {
+    if (viscosity_.known()) return;
+    if (rule_ == kempe_froehlich || (stokes_setting_ != not_given && stokes_setting_ > 0))
+      bedload::stop_run(lmp, fmt::format("normal model actm: {} needs the fluid's viscosity; give "
+                                         "the property fluidViscosity, a fix lubrication or a fix "
+                                         "couple/fluid",
+                                         rule_ == kempe_froehlich ? "enduring kempe_froehlich"
+                                                                  : "criticalStokes"));
   }
 
   struct Partner {

@@ -188,7 +188,14 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
       bedload::stop_run(lmp,
                         "normal model rpm: collisionTime and collisionSteps both say how long "
                         "a collision lasts; leave out one of them (collisionTime 0)");
-    if (strength_setting_ != 0) return;
+    if (strength_setting_ != 0) {
+      if (time_setting_ > 0 || steps_setting_ != not_given)
+        bedload::stop_run(lmp,
+                          "normal model rpm: strength says how hard a collision is, and leaves "
+                          "collisionTime and collisionSteps without effect; leave out one of them "
+                          "(strength 0)");
+      return;
+    }
     fluid_step_ = bedload::require_fluid_time_step(lmp, style);
     const double steps = steps_setting_ == not_given ? 5 : steps_setting_;
     duration_ = {style, "collision time", "collisionTime", "time steps", time_setting_, steps};

@@ -169,7 +169,7 @@ class TangentialModel<BEDLOAD_HAFF_WERNER> : public TangentialModelBase {
     const auto now = static_cast<double>(update->ntimestep);
 
     double f[3] = {0, 0, 0};
-    if (s.computeflag && s.shearupdate) {
+    if (s.computeflag && (s.shearupdate || bedload::one_step_late(lmp, step))) {
       const double damping = force_per_slip(s, slip, normal_force, mass);
       for (int d = 0; d < 3; ++d) f[d] = -damping * slip[d];
       if (sticks()) stick(s, n, slip, stiffness, normal_force, f);

@@ -45,7 +45,7 @@ std::vector<Triple> overlaps_of(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& sp
       if (walls[d] && gives_way(i))
         add_walls(atom, i, d, length[d], overlaps[static_cast<std::size_t>(i)]);
 
-  const LAMMPS_NS::Pair* const pair = lmp->force->pair;
+  const LAMMPS_NS::Pair* const pair = lmp->force->pair_match("gran", 0);  // of a hybrid, too
   const LAMMPS_NS::NeighList* const list = pair == nullptr ? nullptr : pair->list;
   for (int n = 0; list != nullptr && n < list->inum; ++n) {
     const int i = list->ilist[n];

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <iterator>
 #include <memory>
@@ -172,7 +173,9 @@ void FluidSide::divide(const BlockMap& blocks) {
   std::vector<std::vector<int>> partners_of(static_cast<std::size_t>(job_.size()));
   for (const int dem : target_ranks(job_.rank(), job_.size(), job_.partner_size())) {
     std::vector<std::int32_t> ranks;
-    unpack_items<PartnersHeader>(receive(job_.partner(), dem, Subject::partners), ranks);
+    const Bytes bytes = receive(job_.partner(), dem, Subject::partners);
+    assert(unpack_header<PartnersHeader>(bytes).rank == dem);
+    unpack_items<PartnersHeader>(bytes, ranks);
     for (const std::int32_t rank : ranks)
       partners_of[static_cast<std::size_t>(rank)].push_back(dem);
   }

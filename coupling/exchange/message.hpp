@@ -98,7 +98,7 @@ struct DivisionHeader {
 
 /// Which fluid ranks are partners of a rank of LIGGGHTS: followed by their numbers.
 struct PartnersHeader {
-  std::int32_t rank;
+  std::int32_t rank;  ///< of LIGGGHTS, which the fluid asserts
 };
 
 /// Follows an order to write a checkpoint; LIGGGHTS' file follows as text.

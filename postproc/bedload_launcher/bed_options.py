@@ -23,8 +23,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--tolerance", type=finite, help=f"of --packing (default: {TOLERANCE:g})")
     parser.add_argument(
-        "--sizes", default="1:1", metavar="D:SHARE ...",
-        help='diameters and their shares of the number, as "1:0.8 0.7:0.2"',
+        "--sizes", default=["1:1"], nargs="+", metavar="D:SHARE",
+        help="diameters and their shares of the number, as 1:0.8 0.7:0.2",
     )  # fmt: skip
     parser.add_argument(
         "--base", default="floor", choices=["floor", "hexagonal"],

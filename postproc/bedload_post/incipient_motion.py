@@ -37,7 +37,8 @@ class Point:
 
 @dataclass(frozen=True)
 class Threshold:
-    """A critical Shields number and its 95 % interval; nan where the points do not reach it."""
+    """A critical Shields number and its 95 % interval, whose ends are 0 and inf where the points do not reach them;
+    nan where they do not reach the number."""
 
     value: float
     low: float
@@ -46,7 +47,8 @@ class Threshold:
     def __str__(self) -> str:
         if math.isnan(self.value):
             return "not found"
-        return f"{self.value:.4f} ({self.low:.4f} to {self.high:.4f})"
+        high = f"to {self.high:.4f}" if math.isfinite(self.high) else "or more"
+        return f"{self.value:.4f} ({self.low:.4f} {high})"
 
     def holds(self, value: float) -> bool:
         return self.low <= value <= self.high
@@ -104,9 +106,7 @@ def threshold_of_share(points: Sequence[Point], level: float = IN_MOTION) -> Thr
     if math.isnan(value):
         return UNKNOWN
     low, high = crossing(theta, mean + half, level), crossing(theta, mean - half, level)
-    return Threshold(
-        value, min(theta) if math.isnan(low) else low, max(theta) if math.isnan(high) else high
-    )
+    return Threshold(value, 0.0 if math.isnan(low) else low, math.inf if math.isnan(high) else high)
 
 
 def threshold_of_transport(

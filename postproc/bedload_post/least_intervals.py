@@ -63,7 +63,7 @@ def widened(run: dict, others: Sequence[dict]) -> dict:
     longest = longest_of(run, others)
     if longest is None:
         return run
-    found = dict(run, interval_too_narrow=False)
+    found = dict(run, interval_too_narrow=longest.get("interval_too_narrow", False))
     longer = math.sqrt(longest["flow_throughs"] / run["flow_throughs"])
     for name in QUANTITIES:
         own = run.get(f"{name}_interval")

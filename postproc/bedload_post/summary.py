@@ -87,7 +87,7 @@ def free_grain_lines(run: Run) -> list[Line]:
     if weight > 0.0 and count:
         lines.append(Line("mean velocity along gravity", f"{fall / count:.4g}", "second half of the record"))
     reynolds = float(np.mean(np.concatenate(last))) / run.viscosity
-    lines.append(Line("Reynolds number at the end", f"{reynolds:.3g}", "2 R u_p / nu, fluid at rest"))
+    lines.append(Line("Reynolds number at the end", f"{reynolds:.3g}", "2 R u_p / nu, u_p in the frame of the box"))
     return [*lines, collision_line(run)]
 
 

@@ -175,16 +175,17 @@ class Transport:
 
 
 def ratio_of_sums(above: np.ndarray, below: np.ndarray) -> tuple[float, float]:
-    """R = sum a/sum b over n parts of a record and the half width of its interval,
+    """R = sum a/sum b over the parts of a record and the half width of its interval,
 
-        t_{0.975, n-1} sqrt(n/(n-1) sum (a - R b)^2)/sum b;
+        t_{0.975, n-1} sqrt(n/(n-1) sum (a - R b)^2)/sum b
 
-    nan where all b are zero, and for the interval where fewer than three are not.
+    with n the parts whose b is not zero: the others say nothing of R. nan where all b are zero, and for the interval
+    where fewer than three are not.
     """
     if not below.sum():
         return float("nan"), float("nan")
-    ratio, n = float(above.sum() / below.sum()), len(below)
-    if (below > 0).sum() < 3:
+    ratio, n = float(above.sum() / below.sum()), int((below > 0).sum())
+    if n < 3:
         return ratio, float("nan")
     scatter = np.sqrt(n / (n - 1) * ((above - ratio * below) ** 2).sum())
     return ratio, float(student.ppf(0.975, n - 1) * scatter / below.sum())

@@ -17,7 +17,6 @@ from bedload_launcher.numbers import finite
 from bedload_launcher.scenes import Scene, choose_model, find_scene
 from bedload_post import incipient_motion as motion
 from bedload_post.batches import estimate
-from bedload_post.bed_friction import friction_velocity
 from bedload_post.frames import frames
 from bedload_post.incipient_motion import Point
 from bedload_post.model_figures import MODELS
@@ -171,7 +170,10 @@ def experiment(plan: Plan, options: argparse.Namespace) -> Experiment:
     bare = plan.bare_bed()
     if not options.report_only:
         complete(bare, plan, ranks)
-    friction, source = friction_velocity(Run(bare.out), since)
+    bed_run = Run(bare.out)
+    bed = models.measured_bed(bed_run, plan.discard)
+    friction = bed.u_tau * bed_run.bulk_velocity
+    half_width = friction * bed.reynolds_interval / bed.reynolds
     settings, points, runs = plan.settings, [], [bare]
     outputs: dict[tuple[str, float], Run] = {}
     for shields in sorted(options.shields):
@@ -192,10 +194,10 @@ def experiment(plan: Plan, options: argparse.Namespace) -> Experiment:
     if not points:
         raise UserError(f"no run in {plan.out} has got beyond {plan.discard:g} flow-throughs.")
     found = Experiment(
-        plan.scene.name, plan.cells_per_diameter, plan.throughs, plan.discard, friction, source,
+        plan.scene.name, plan.cells_per_diameter, plan.throughs, plan.discard, friction, bed.source,
         settings["fluid"]["kinematic_viscosity"], settings["reference"]["diameter"],
         settings["reference"]["sphere_density"] / settings["fluid"]["density"],
-        points, models.circumstances(runs, ranks, made_by.of_all([r.out for r in runs])),
+        points, models.circumstances(runs, ranks, made_by.of_all([r.out for r in runs])), half_width,
     )  # fmt: skip
     nearest = min({p.shields for p in points}, key=lambda shields: abs(np.log(shields / found.shields_threshold)))
     return replace(found, shown=[

@@ -41,6 +41,7 @@ class Experiment:
     density_ratio: float
     points: Sequence[Point]
     circumstances: dict[str, str]
+    friction_half_width: float = math.nan  # of friction_velocity, 95 % [L/T]
     shown: Sequence[tuple[str, Run]] = ()  # whose motion is drawn over x and time, one a model
 
     @property
@@ -77,6 +78,8 @@ def verdict(found: Threshold, points: Sequence[Point], expected: float) -> str:
             f"{last.shields:g}: nothing is said of it"
         )
     if found.holds(expected):
+        if found.low == 0.0 or math.isinf(found.high):
+            return f"{found}: not told apart from Shields' curve, {expected:.4f}, by an interval with an open end"
         return f"{found}: agrees with Shields' curve, {expected:.4f}, within its interval"
     side = "earlier" if found.value < expected else "later"
     factor = max(found.value / expected, expected / found.value)
@@ -195,6 +198,11 @@ def draw(found: Experiment, file: Path) -> None:
 def as_text(found: Experiment, motion_drawn: bool = False) -> str:
     """README.md of the report; `motion_drawn`: motion.png stands beside it."""
     reynolds = found.friction_velocity * found.diameter / found.viscosity
+    part = found.friction_half_width / found.friction_velocity
+    together = "" if math.isnan(part) else (
+        f" That of the friction velocity, {part:.0%}, is in none of them: it moves all Shields numbers together, by "
+        "twice as much."
+    )  # fmt: skip
     lines = [
         f"# Onset of motion: {found.scene}",
         "",
@@ -207,7 +215,8 @@ def as_text(found: Experiment, motion_drawn: bool = False) -> str:
         f"Friction velocity of the bed without mobile grains {found.friction_velocity:.5f} "
         f"({found.friction_source}), D⁺ = {reynolds:.1f}, ρp/ρf = {found.density_ratio:g}; gravity sets the "
         f"Shields number. {found.cells_per_diameter} cells to a diameter, {found.throughs:g} flow-throughs "
-        f"L_x/u_b, the first {found.discard:g} left out. Intervals hold 95 %.",
+        f"L_x/u_b, the first {found.discard:g} left out. ± is a 95 % confidence interval "
+        "from batches, too narrow where these are correlated." + together,
         "",
         "![Share of grains in motion and transport rate](threshold.png)",
         "",
@@ -282,8 +291,8 @@ def write_pages(found: Experiment, folder: Path, motion_drawn: bool) -> None:
 def read(folder: Path) -> Experiment:
     """The experiment that numbers.json keeps; its estimates are without batches."""
     names = [field.name for field in fields(Experiment) if field.name != "shown"]
-    kept = kept_numbers(folder, names)
-    kept = {name: kept[name] for name in names}
+    kept = kept_numbers(folder, [name for name in names if name != "friction_half_width"])
+    kept = {name: kept[name] for name in names if name in kept}
     points = [
         Point(p["model"], p["shields"], **{name: Estimate(p[name][0], p[name][1], np.empty(0)) for name in ESTIMATES})
         for p in kept.pop("points")

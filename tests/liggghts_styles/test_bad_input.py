@@ -103,6 +103,10 @@ CASES = {
         dict(settings="enduring plain criticalStokes 2"),
         ["criticalStokes has no effect", "plain"],
     ),
+    "a Stokes number without a viscosity": (
+        dict(settings="enduring kempe_froehlich"),
+        ["enduring kempe_froehlich needs the fluid's viscosity", "fluidViscosity"],
+    ),
     "restingOverlap without its rule": (
         dict(settings="enduring kempe_froehlich restingOverlap 0.01"),
         ["restingOverlap belongs to enduring biegert"],
@@ -223,6 +227,18 @@ CASES = {
         ["'neighbor ... multi' finds no contacts", "write 'neighbor 0.001 bin'"],
     ),
     "clumps": (dict(lines=CLUMPS), ["normal model actm: fix multisphere (id clumps) makes clumps", "spheres only"]),
+    "rigid bodies": (
+        dict(lines=["fix body all rigid single"]),
+        ["normal model actm: fix rigid (id body) makes clumps", "spheres only"],
+    ),
+    "films in another integrator": (
+        dict(lines=["fix film all lubrication viscosity 1e-2 range 1e-4", "run_style respa 2 2"]),
+        ["films act with run_style verlet alone", "'respa"],
+    ),
+    "a strength and a duration of rpm": (
+        dict(contact="model rpm", settings="range 1e-4 strength 50 collisionSteps 8", lines=[WEIGHT]),
+        ["strength says how hard", "leave out one"],
+    ),
     "a wall's word behind those of the models": (
         dict(lines=["fix w all wall/gran model actm primitive type 1 yplane -0.05 collisionSteps 9 shear x 1.0"]),
         ["'shear' has to stand in front of the contact models' keywords"],

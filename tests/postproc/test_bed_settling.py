@@ -43,7 +43,8 @@ def test_shares_are_of_the_number_and_exact():
         (["8x2", "--grains", "9"], "needs three diameters"),
         (["8x8", "--grains", "9", "--wet", "1"], "--wet runs a scene, but 8x8 is a box"),
         (["channel180", "--grains", "9", "--wet", "1"], "--wet runs a scene with the bed's grains, but 'channel180'"),
-        (["8x8", "--grains", "9", "--base", "hexagonal", "--sizes", "2:1"], "the largest allowed"),
+        (["8x8", "--grains", "9", "--base", "hexagonal", "--sizes", "2:1"], "must be 1"),
+        (["8x8", "--grains", "9", "--base", "hexagonal", "--sizes", "0.7:1"], "must be 1"),
         (["setup2_smal", "--grains", "9"], "no scene 'setup2_smal'; the nearest is 'setup2_small'"),
     ],
 )

@@ -70,6 +70,16 @@ def test_threshold_of_share_with_its_interval():
     assert found.holds(0.035) and not found.holds(0.045)
 
 
+def test_an_end_that_the_points_do_not_reach_is_open():
+    """At the highest Shields number 0.12 ± 0.05 may still be less than a tenth."""
+    points = [point(0.01, 0.02, half=0.01), point(0.017, 0.05, half=0.03), point(0.024, 0.12, half=0.05)]
+    found = threshold_of_share(points)
+    assert found.high == np.inf and str(found) == "0.0220 (0.0186 or more)" and found.holds(0.03)
+    assert "not told apart" in threshold_report.verdict(found, points, 0.03)
+    points = [point(0.045, 0.08, half=0.05), point(0.06, 0.25, half=0.05)]
+    assert threshold_of_share(points).low == 0.0
+
+
 def test_threshold_of_transport_finds_what_made_the_points():
     def law(theta):
         return 3.0 * (theta - 0.031) ** 1.6

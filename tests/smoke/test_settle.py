@@ -29,7 +29,7 @@ def settle(out, *words):
     return Bed(table[:, 4:], 0.5 * table[:, 2], (5.0, 4.5)), table[:, 1]
 
 
-WORDS = ("5x4.5", "--grains", "160", "--sizes", "1:0.7 0.8:0.3", "--fixed", "0.75")
+WORDS = ("5x4.5", "--grains", "160", "--sizes", "1:0.7", "0.8:0.3", "--fixed", "0.75")
 
 
 @pytest.fixture(scope="module")
