@@ -68,9 +68,10 @@ def draw(
     run: Run, phases: Phases, samples: Samples, tag: int, file: Path, dpi: int = 150
 ) -> None:
     """Draws the path of the grain `tag`, whose samples are given, into `file`."""
-    samples = samples.rows(slice(None, None, max(1, len(samples) // MOST_POINTS)))
     diameter, box = run.diameter, run.box
-    points = unwrap(samples.position, run.periods) / diameter
+    thinned = slice(None, None, max(1, len(samples) // MOST_POINTS))
+    points = unwrap(samples.position, run.periods)[thinned] / diameter  # all of them: a grain may cross in between
+    samples = samples.rows(thinned)
     state = state_at(samples.time, phases, tag)
     mean = np.mean(samples.velocity[:, 0]) / run.bulk_velocity
 

@@ -194,6 +194,8 @@ def run(options) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
     ranks = job.Ranks.parse(options.ranks, scene)
+    if fixed := [text for text in options.set if text.startswith(("grid.", "time.step", "time.cfl"))]:
+        raise UserError(f"--set {fixed[0]}: this study changes grid and step itself; write it into a scene of its own.")
     hours = options.hours or HOURS
     out = options.report or options.runs / scene.name
     out.mkdir(parents=True, exist_ok=True)

@@ -20,10 +20,8 @@ from bedload_launcher import bench, job
 from bedload_launcher.build import BIN, ROOT
 from bedload_launcher.errors import UserError
 from bedload_launcher.numbers import positive
-from bedload_launcher.override import override_table
 from bedload_launcher.scenes import find_scene
 from bedload_post import flow_statistics, profile_figures
-from bedload_post.outputs import Run
 
 from . import made_by, models
 
@@ -95,11 +93,7 @@ def make(work: job.Job) -> int:
 def check_same(work: job.Job, made: dict[str, str]) -> None:
     """Raises UserError where the run in the job's folder has other settings, or was made by others."""
     made_by.check(work.out, made)
-    settings = Run(work.out).settings
-    for text in work.overrides:
-        if not text.startswith(MAY_DIFFER) and models.laid_over(settings, override_table(text)) != settings:
-            raise UserError(f"{work.out} holds a run without {text}, which is this study's: name another folder with "
-                            "--out, or start anew without the folder.")  # fmt: skip
+    models.refuse_other(work.out, work.overrides, MAY_DIFFER)
 
 
 def largest_difference(y, values, y_reference, reference, lowest, highest) -> float:

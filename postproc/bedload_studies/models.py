@@ -301,6 +301,7 @@ def run_member(
     """Starts a run, or goes on with it; returns the job's status."""
     settings = settings_of(member.scene, overrides)
     if finished(member.out, settings["time"]["end"]):
+        refuse_other(member.out, [*overrides, *member.overrides(settings)])
         print(f"bedload: {member.out.name} is done", flush=True)
         return 0
     going_on = taken_up(member.out)
@@ -313,6 +314,18 @@ def run_member(
     made_by.note(member.out, made_by.now(work, BIN), other_commit)
     print(f"bedload: {work.summary()}{', going on' if going_on else ''}; {member.out}", flush=True)
     return job.run(work.command(), member.scene.folder)
+
+
+def refuse_other(out: Path, overrides: Sequence[str], may_differ: tuple[str, ...] | None = None) -> None:
+    """Raises UserError where the run in `out` has other values than `overrides` (KEY=VALUE) say, but for keys that
+    begin with one of `may_differ`, of their own accord NO_SETTINGS."""
+    settings = Run(out).settings
+    skipped = NO_SETTINGS if may_differ is None else may_differ
+    for text in overrides:
+        asked = override_table(text)
+        if not text.startswith(skipped) and '"auto"' not in text and laid_over(settings, asked) != settings:
+            raise UserError(f"{out} holds a run without {text}, which is this study's: name another folder with "
+                            "--out, or start anew without the folder.")  # fmt: skip
 
 
 def taken_up(out: Path) -> bool:
@@ -523,6 +536,10 @@ def run(options: argparse.Namespace) -> int:
         raise UserError(f"scene '{scene.name}' has no in.liggghts, so no collision models.")
     if unknown_models := set(options.models) - set(models()):
         choose_model(scene, sorted(unknown_models)[0])  # says which one, and the nearest
+    for folder in options.beside:
+        kept_numbers(folder, NEEDED)  # found wrong before the long runs, not behind them
+    if options.remarks and not options.remarks.is_file():
+        raise UserError(f"--remarks is {options.remarks}, which is no file.")
     runs = members(options, scene)
     ranks = job.Ranks.parse(options.ranks)
     asked = asked_settings(options, scene)

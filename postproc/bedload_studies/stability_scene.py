@@ -123,23 +123,34 @@ def one_variable(name: str, value: float) -> dict[str, str]:
 def knobs(settings: dict, declared: dict[str, str]) -> list[Knob]:
     """What the scene can be turned at: the density of its grains and a gap where its script has such
     variables."""
-    found = [Knob("step", settings["time"]["step"], True, keys=lambda v: [f"time.step={v!r}"])]
+    step, cfl = settings["time"]["step"], settings["time"].get("cfl", 0.0)
+    found = [Knob("step", step, True, keys=lambda v: [f"time.step={v!r}"])]
+    if cfl > 0.0:  # the step follows the flow: time.step alone would be no more than its upper end
+        found = [Knob("time.cfl", cfl, True, keys=lambda v: [f"time.cfl={v!r}", f"time.step={step * (v / cfl)!r}"])]
     if declared:
         multiple = 15 if settings["coupling"]["exchange"] == "stage" else 1
         sub = settings["coupling"]["dem_steps"]
         if sub > multiple:
             found.append(Knob("LIGGGHTS' steps", sub, False, keys=sub_steps, whole=multiple))
     for name in ("density", "gap"):
-        if name in declared:
-            found.append(Knob(name, float(declared[name]), False, variables=partial(one_variable, name)))
+        if (value := number(declared.get(name, ""))) is not None:
+            found.append(Knob(name, value, False, variables=partial(one_variable, name)))
     return found
+
+
+def number(text: str) -> float | None:
+    """The number that a variable of the script is; None for several words, or none."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
 
 
 def not_turned(turned: list[Knob]) -> str:
     """A sentence on what the scene offers no number for; empty where it offers all."""
     names = {knob.name for knob in turned}
     wanted = [name for name in ("density", "gap") if name not in names]
-    missing = [f"{name} (the script has no 'variable {name} index ...')" for name in wanted]
+    missing = [f"{name} (the script has no 'variable {name} index NUMBER')" for name in wanted]
     if "LIGGGHTS' steps" not in names:
         missing.insert(0, "LIGGGHTS' steps (already the fewest)")
     return f"Not turned: {', '.join(missing)}." if missing else ""

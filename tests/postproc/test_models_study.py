@@ -275,6 +275,8 @@ def test_runs_start_are_skipped_and_go_on(tmp_path, started):
     assert np.all(Run_end(member.out) > 5)
     models.run_member(member, ranks, ["time.end=5"])
     assert len(started) == 1  # done: not started again
+    with pytest.raises(UserError, match="holds a run without fluid.density=7.0"):
+        models.run_member(member, ranks, ["time.end=5", "fluid.density=7.0"])
 
     (member.out / "checkpoint_00000100").mkdir()
     models.run_member(member, ranks, ["time.end=500"])

@@ -284,10 +284,20 @@ def test_why_a_run_does_not_hold():
     assert "swing" in complaint(swing, base)
 
 
+def test_the_step_that_is_in_force_is_turned():
+    """With time.cfl, time.step is no more than the longest step: both are turned. A variable of two words is none."""
+    settings = {"time": {"step": 0.1, "cfl": 0.0}, "coupling": {"exchange": "stage", "dem_steps": 15}}
+    step, density = stability_scene.knobs(settings, {"density": "2.5", "gap": "1 2"})
+    assert (step.name, step.keys(0.2), density.name, density.value) == ("step", ["time.step=0.2"], "density", 2.5)
+    settings["time"]["cfl"] = 1.5
+    follows = stability_scene.knobs(settings, {})[0]
+    assert (follows.name, follows.keys(3.0)) == ("time.cfl", ["time.cfl=3.0", "time.step=0.2"])
+
+
 def test_limits_that_a_scene_offers_no_number_for_are_named():
     step, density = (Knob(name, 1.0, True) for name in ("step", "density"))
     assert stability_scene.not_turned([step, density]) == (
-        "Not turned: LIGGGHTS' steps (already the fewest), gap (the script has no 'variable gap index ...')."
+        "Not turned: LIGGGHTS' steps (already the fewest), gap (the script has no 'variable gap index NUMBER')."
     )
     everything = [Knob(name, 1.0, False) for name in ("step", "LIGGGHTS' steps", "density", "gap")]
     assert stability_scene.not_turned(everything) == ""
