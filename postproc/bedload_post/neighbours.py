@@ -42,12 +42,16 @@ class Neighbours:
         return all(tests) if tests else None
 
     def sentence(self) -> str:
-        verdict = {True: "they do not feel each other", False: "they feel each other",
+        verdict = {True: "no influence on each other found", False: "they feel each other",
                    None: "too short to tell whether they feel each other"}[self.independent]  # fmt: skip
+        beside = "" if np.isnan(self.velocity_difference_interval) else (
+            f", near ones go by {self.velocity_near - self.velocity_far:+.3f} ± "
+            f"{self.velocity_difference_interval:.3f} u_b faster than far ones"
+        )  # fmt: skip
         return (
             f"another grain is within {NEAR:g} D for {100 * self.share_near:.1f} % of the time "
             f"(closest {self.closest:.2f} D), velocities of two correlate by {self.correlation:.2f} ± "
-            f"{self.correlation_interval:.2f}: {verdict}"
+            f"{self.correlation_interval:.2f}{beside}: {verdict}"
         )
 
 
