@@ -115,7 +115,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     }
     settle_settings();
     viscosity_ = bedload::find_viscosity(lmp);
-    require_viscosity();
+    warn_of_unknown_viscosity();
     lubrication_ = bedload::find_lubrication(lmp);
     bedload::refuse_neighbor_multi(lmp, "normal model actm");
     bedload::refuse_clumps(lmp, "normal model actm");
@@ -188,15 +188,15 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     resting_overlap_ = overlap_setting_ == not_given ? 1e-3 : overlap_setting_;
   }
 
-  /// A Stokes number that somebody asked for needs a viscosity.
-  void require_viscosity() const {
+  /// A Stokes number that somebody asked for tells nothing without a viscosity, as in a dry start.
+  void warn_of_unknown_viscosity() const {
     if (viscosity_.known()) return;
     if (rule_ == kempe_froehlich || (stokes_setting_ != not_given && stokes_setting_ > 0))
-      bedload::stop_run(lmp, fmt::format("normal model actm: {} needs the fluid's viscosity; give "
-                                         "the property fluidViscosity, a fix lubrication or a fix "
-                                         "couple/fluid",
-                                         rule_ == kempe_froehlich ? "enduring kempe_froehlich"
-                                                                  : "criticalStokes"));
+      bedload::warn(
+          lmp, "normal model actm",
+          fmt::format("{} has no effect without the fluid's viscosity; give the property "
+                      "fluidViscosity, a fix lubrication or a fix couple/fluid",
+                      rule_ == kempe_froehlich ? "enduring kempe_froehlich" : "criticalStokes"));
   }
 
   struct Partner {

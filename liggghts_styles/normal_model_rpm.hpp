@@ -190,10 +190,8 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
                         "a collision lasts; leave out one of them (collisionTime 0)");
     if (strength_setting_ != 0) {
       if (time_setting_ > 0 || steps_setting_ != not_given)
-        bedload::stop_run(lmp,
-                          "normal model rpm: strength says how hard a collision is, and leaves "
-                          "collisionTime and collisionSteps without effect; leave out one of them "
-                          "(strength 0)");
+        bedload::warn(lmp, style,
+                      "with a strength, collisionTime and collisionSteps have no effect");
       return;
     }
     fluid_step_ = bedload::require_fluid_time_step(lmp, style);

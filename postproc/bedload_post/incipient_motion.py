@@ -53,6 +53,10 @@ class Threshold:
     def holds(self, value: float) -> bool:
         return self.low <= value <= self.high
 
+    def is_open_towards(self, value: float) -> bool:
+        """Whether the interval has no end on the side of `value`, which then is not told apart."""
+        return self.low == 0.0 if value < self.value else math.isinf(self.high)
+
 
 UNKNOWN = Threshold(math.nan, math.nan, math.nan)
 

@@ -37,6 +37,13 @@ def shares_of(phases: Phases, tag: int, first: float, last: float) -> np.ndarray
     return time / max(time.sum(), np.finfo(float).tiny)
 
 
+def thinned(samples: Samples, periods: np.ndarray, most: int) -> tuple[Samples, np.ndarray]:
+    """About `most` of one grain's samples and its way through them, unwrapped before, as it may cross the box in
+    between."""
+    every = slice(None, None, max(1, len(samples) // most))
+    return samples.rows(every), unwrap(samples.position, periods)[every]
+
+
 def _circles(axes, centres: np.ndarray, radii: np.ndarray, **style) -> None:
     axes.add_collection(
         EllipseCollection(
@@ -69,9 +76,8 @@ def draw(
 ) -> None:
     """Draws the path of the grain `tag`, whose samples are given, into `file`."""
     diameter, box = run.diameter, run.box
-    thinned = slice(None, None, max(1, len(samples) // MOST_POINTS))
-    points = unwrap(samples.position, run.periods)[thinned] / diameter  # all of them: a grain may cross in between
-    samples = samples.rows(thinned)
+    samples, points = thinned(samples, run.periods, MOST_POINTS)
+    points /= diameter
     state = state_at(samples.time, phases, tag)
     mean = np.mean(samples.velocity[:, 0]) / run.bulk_velocity
 

@@ -97,7 +97,7 @@ def wish(options: argparse.Namespace) -> tuple[Wish, Scene | None]:
         raise UserError(f"--seed is {options.seed}, but must be at least 0.")
     if not 2 <= options.digits <= 12:
         raise UserError(f"--digits is {options.digits}, but must be from 2 to 12.")
-    diameter = diameters(read_sizes(" ".join(options.sizes)), options.grains)
+    diameter = diameters(read_sizes(sizes_of(options)), options.grains)
     if options.base == "hexagonal" and diameter.max() != 1.0:
         raise UserError(
             f"the largest diameter of --sizes is {diameter.max():g}, but with the hexagonal base, whose spheres have "
@@ -121,7 +121,7 @@ def wish(options: argparse.Namespace) -> tuple[Wish, Scene | None]:
         raise UserError(f"--wet runs a scene with the bed's grains, but '{scene.name}' has no in.liggghts.")
     if min(box) < 3.0 * diameter.max():
         raise UserError(f"the box is {min(box):g} wide, but a bed needs three diameters, "
-                        f"{3.0 * diameter.max():g} (--sizes {' '.join(options.sizes)}).")
+                        f"{3.0 * diameter.max():g} (--sizes {sizes_of(options)}).")
     tolerance = TOLERANCE if options.tolerance is None else options.tolerance
     return Wish(box, height, diameter, options.seed, options.packing, tolerance, options.base, options.fixed), scene
 
@@ -280,11 +280,16 @@ def settle(options: argparse.Namespace) -> int:
     return 0
 
 
+def sizes_of(options: argparse.Namespace) -> str:
+    """--sizes in one line, whether given as several words or as one in quotes."""
+    return " ".join(options.sizes)
+
+
 def words_of(options: argparse.Namespace) -> str:
     """The command's words again, the output file left out."""
     words = [os.path.basename(options.where), f"--grains {options.grains}", f"--seed {options.seed}"]
     words += [f"--packing {options.packing:g}"] if options.packing is not None else []
-    words += [f"--sizes {' '.join(options.sizes)}", f"--base {options.base}"]
+    words += [f"--sizes {sizes_of(options)}", f"--base {options.base}"]
     words += [f"--fixed {options.fixed:g}"] if options.fixed else []
     words += [f"--wet {options.wet:g}"] if options.wet else []
     return " ".join(words)

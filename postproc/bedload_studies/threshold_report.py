@@ -78,8 +78,8 @@ def verdict(found: Threshold, points: Sequence[Point], expected: float) -> str:
             f"{last.shields:g}: nothing is said of it"
         )
     if found.holds(expected):
-        if found.low == 0.0 or math.isinf(found.high):
-            return f"{found}: not told apart from Shields' curve, {expected:.4f}, by an interval with an open end"
+        if found.is_open_towards(expected):
+            return f"{found}: cannot be told from Shields' curve, {expected:.4f}, towards which its interval is open"
         return f"{found}: agrees with Shields' curve, {expected:.4f}, within its interval"
     side = "earlier" if found.value < expected else "later"
     factor = max(found.value / expected, expected / found.value)
@@ -91,6 +91,8 @@ def beside_exposed(found: Threshold) -> str:
     if math.isnan(found.value):
         return ""
     exposed = motion.EXPOSED_THRESHOLD
+    if found.is_open_towards(exposed):
+        return f"; cannot be told from that of exposed grains, {exposed:g}"
     if found.holds(exposed):
         return f"; agrees with that of exposed grains, {exposed:g}"
     return f"; {found.value / exposed:.2f} times that of exposed grains, {exposed:g}"
@@ -135,6 +137,8 @@ def side(found: Threshold, points: Sequence[Point], expected: float) -> str:
     """Whether a model begins to move "earlier" or "later" than `expected`, "agrees", or it is "unknown"; ascending
     Shields numbers."""
     if not math.isnan(found.value):
+        if found.is_open_towards(expected):
+            return "unknown"
         return "agrees" if found.holds(expected) else "earlier" if found.value < expected else "later"
     first, last = points[0], points[-1]
     if exceeds(first.moving.mean, first.moving.half_width, motion.IN_MOTION) and first.shields <= expected:

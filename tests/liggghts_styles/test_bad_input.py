@@ -103,10 +103,6 @@ CASES = {
         dict(settings="enduring plain criticalStokes 2"),
         ["criticalStokes has no effect", "plain"],
     ),
-    "a Stokes number without a viscosity": (
-        dict(settings="enduring kempe_froehlich"),
-        ["enduring kempe_froehlich needs the fluid's viscosity", "fluidViscosity"],
-    ),
     "restingOverlap without its rule": (
         dict(settings="enduring kempe_froehlich restingOverlap 0.01"),
         ["restingOverlap belongs to enduring biegert"],
@@ -235,10 +231,6 @@ CASES = {
         dict(lines=["fix film all lubrication viscosity 1e-2 range 1e-4", "run_style respa 2 2"]),
         ["films act with run_style verlet alone", "'respa"],
     ),
-    "a strength and a duration of rpm": (
-        dict(contact="model rpm", settings="range 1e-4 strength 50 collisionSteps 8", lines=[WEIGHT]),
-        ["strength says how hard", "leave out one"],
-    ),
     "a wall's word behind those of the models": (
         dict(lines=["fix w all wall/gran model actm primitive type 1 yplane -0.05 collisionSteps 9 shear x 1.0"]),
         ["'shear' has to stand in front of the contact models' keywords"],
@@ -320,6 +312,33 @@ def test_a_line_that_stands_again_replaces_the_first(tmp_path):
     )  # fmt: skip
     scene.run(tmp_path, ["run 5", SOFT_FILM, "run 5"])
     assert (tmp_path / "u.csv").is_file() and not (tmp_path / "t.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "without", "words"),
+    [
+        (dict(settings="enduring kempe_froehlich"), dict(settings="enduring plain"), "kempe_froehlich has no effect"),
+        (dict(settings="criticalStokes 9"), dict(settings="criticalStokes 0"), "criticalStokes has no effect"),
+        (dict(settings="enduring kempe_froehlich"),
+         dict(settings="enduring kempe_froehlich",
+              properties=["fix nu all property/global fluidViscosity scalar 1e-3"]),
+         "without the fluid's viscosity"),
+        (dict(contact="model rpm", settings="range 1e-4 strength 50 collisionSteps 8", lines=[WEIGHT]),
+         dict(contact="model rpm", settings="range 1e-4 strength 50", lines=[WEIGHT]),
+         "with a strength, collisionTime and collisionSteps have no effect"),
+    ],
+)  # fmt: skip
+def test_settings_without_effect_are_warned_of(tmp_path, change, without, words):
+    """The run goes on: a dry start may not know the viscosity yet, and models/rpm.liggghts gives a duration always."""
+    for place, given, warns in (("with", change, True), ("without", without, False)):
+        scene = Scene(PAIR, **{"contact": "model actm", **given})
+        folder = tmp_path / place
+        folder.mkdir()
+        (folder / "spheres.data").write_text(scene.data_file())
+        done = launch(folder, scene.script(10))
+        said = " ".join((done.stdout + done.stderr).split())
+        assert done.returncode == 0, said
+        assert ("WARNING" in said and words in said) == warns, said
 
 
 def test_all_ranks_end(tmp_path):

@@ -10,6 +10,7 @@ import pytest
 from bedload_launcher.errors import UserError
 from bedload_post import incipient_motion
 from bedload_post.batches import Estimate
+from bedload_post.bed_friction import driving_friction, driving_friction_interval
 from bedload_post.incipient_motion import (
     Point,
     crossing,
@@ -20,6 +21,7 @@ from bedload_post.incipient_motion import (
     threshold_of_transport,
     wong_parker,
 )
+from bedload_post.outputs import Run
 from bedload_studies import threshold, threshold_report
 from synthetic import wandering_story, write_run
 
@@ -75,9 +77,15 @@ def test_an_end_that_the_points_do_not_reach_is_open():
     points = [point(0.01, 0.02, half=0.01), point(0.017, 0.05, half=0.03), point(0.024, 0.12, half=0.05)]
     found = threshold_of_share(points)
     assert found.high == np.inf and str(found) == "0.0220 (0.0186 or more)" and found.holds(0.03)
-    assert "not told apart" in threshold_report.verdict(found, points, 0.03)
+    for expected, side, words in ((0.03, "unknown", "cannot be told from"), (0.02, "agrees", "agrees with"),
+                                  (0.01, "later", "later than")):  # fmt: skip
+        assert threshold_report.side(found, points, expected) == side
+        assert words in threshold_report.verdict(found, points, expected)
+    assert "2.20 times that of exposed grains" in threshold_report.beside_exposed(found)
     points = [point(0.045, 0.08, half=0.05), point(0.06, 0.25, half=0.05)]
-    assert threshold_of_share(points).low == 0.0
+    found = threshold_of_share(points)
+    assert found.low == 0.0 and "cannot be told" in threshold_report.beside_exposed(found)
+    assert threshold_report.side(found, points, 0.04) == "unknown"
 
 
 def test_threshold_of_transport_finds_what_made_the_points():
@@ -205,7 +213,14 @@ def test_a_run_that_is_not_over_is_left_out_of_the_report(tmp_path, capsys):
     assert threshold.run(parser.parse_args(line)) == 0
     said = capsys.readouterr().out
     assert "left out of the report" in said and "rpm-0.03/spheres.h5.part is of a run that goes on" in said
-    assert [p.model for p in threshold_report.read(tmp_path / "report").points] == ["actm"]
+    found = threshold_report.read(tmp_path / "report")
+    assert [p.model for p in found.points] == ["actm"]
+    # Of the driving force, not of the outer flow's stress, which still remembers the grains: at every instant the bed
+    # takes up the driving.
+    bed, since = Run(tmp_path / "bed"), 0.1 * 16.0 / 3.0
+    assert found.friction_velocity == pytest.approx(driving_friction(bed, since))
+    assert found.friction_source.startswith("driving force times depth, t = ")
+    assert found.friction_half_width == pytest.approx(driving_friction_interval(bed, since), nan_ok=True)
 
 
 @pytest.mark.parametrize("table", ["collisions.csv", "collisions_open.csv"])

@@ -8,7 +8,7 @@ import pytest
 from bedload_launcher import job
 from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import INPUTS, Scene, find_scene
-from bedload_post.outputs import Run
+from bedload_post.outputs import MissingOutput, Run
 from bedload_studies import made_by, models, threshold
 from synthetic import wandering_story, write_run
 
@@ -41,6 +41,15 @@ def test_variables_reach_the_bed_without_grains():
     assert rpm.variables() == given
     with pytest.raises(UserError, match="no variable of setup2_small's in.liggghts 'lenght_x'"):
         models.members(options("--var", "lenght_x=52"), scene)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"), [(["--beside", "nowhere"], "nowhere"), (["--remarks", "nothing.html"], "which is no file")]
+)
+def test_what_a_report_takes_in_is_looked_for_before_the_runs(monkeypatch, words, sentence):
+    monkeypatch.setattr(models, "run_member", lambda *_: pytest.fail("a run was started"))
+    with pytest.raises((UserError, MissingOutput), match=sentence):
+        models.run(options(*words))
 
 
 def test_each_model_gets_the_variables_that_its_script_reads():

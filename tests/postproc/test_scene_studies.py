@@ -183,6 +183,9 @@ def test_a_quantity_that_does_not_exist_is_found_before_the_long_runs(tmp_path, 
     with pytest.raises(UserError, match="no quantity 'flow enrgy'; the nearest is 'flow energy'"):
         accuracy.run(parser.parse_args(line))
     assert steps == [1, 11]  # the trial alone
+    with pytest.raises(UserError, match="--set grid.cells=.*this study changes grid and step itself"):
+        accuracy.run(parser.parse_args([*line[:1], "--set", "grid.cells=[8,8,8]"]))
+    assert steps == [1, 11]
 
 
 # --- Effects ---------------------------------------------------------------------------------------------

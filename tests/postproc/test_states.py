@@ -7,6 +7,7 @@ off by at most speed x interval = 0.0025 times it.
 
 import numpy as np
 import pytest
+from bedload_post import path
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import Collisions, Samples
 from bedload_post.states import (
@@ -163,6 +164,14 @@ def test_unwrap_goes_around_both_ways_and_leaves_walls_alone():
     wrapped = np.column_stack([true[:, 0] % 16.0, true[:, 1], true[:, 2] % 8.0])
     shift = wrapped[0] - true[0]
     assert unwrap(wrapped, PERIODS) == pytest.approx(true + shift)
+
+
+def test_a_thinned_path_goes_around_as_often():
+    """Five units to a sample in a box of 16: of every fourth alone the way would be four backwards."""
+    story = Story(position=(0.0, 1.5, 0.0)).piece(40 * SAMPLE, (5.0 / SAMPLE, 0.0, 0.0))
+    one = Samples(**story.arrays(1, BOX)).rows(slice(40))
+    few, way = path.thinned(one, PERIODS, 10)
+    assert len(few) == 10 and np.diff(way[:, 0]) == pytest.approx(20.0)
 
 
 @pytest.mark.parametrize("block_rows", [3, 7, 1000])

@@ -22,8 +22,12 @@ def moving(*lines):
     return ((VELOCITY, PLACED), (MOTION, "\n".join(lines)), DUMP)
 
 
+PAIRS = "pair_style      gran model actm tangential haff_werner"
+EACH = "pair_coeff      * *"
 CASES = {
     "free": moving(MOTION),
+    "free, a pair style of two": (*moving(MOTION), (PAIRS, PAIRS.replace("gran", "hybrid/overlay soft 0.1 gran")),
+                                  (EACH, f"{EACH} gran\n{EACH} soft 0.0")),
     "upper held": moving("group upper id 10", "group lower id 9", MOTION.replace("grains", "lower"),
                          "fix still upper nve/noforce"),
     "both held": moving("fix still grains nve/noforce"),
@@ -46,7 +50,9 @@ def overlaps(tmp_path_factory):
 
 
 # The lower one has moved up into the upper, the upper down into the lower, along y.
-@pytest.mark.parametrize(("case", "lower", "upper"), [("free", 2 / 3, 1 / 3), ("upper held", 1.0, 0.0)])
+@pytest.mark.parametrize(("case", "lower", "upper"), [
+    ("free", 2 / 3, 1 / 3), ("free, a pair style of two", 2 / 3, 1 / 3), ("upper held", 1.0, 0.0),
+])
 def test_shares_of_the_overlap(overlaps, case, lower, upper):
     shares = overlaps[case]
     depth = shares[0, 1] - shares[1, 1]
