@@ -14,8 +14,9 @@ Above zero it leaves fewer independent ones, K/f with (first-order autoregressio
 the interval is wider by sqrt(f), and t has (K - 1)/f degrees of freedom, at least FEWEST_BATCHES - 1. A
 signal whose memory is a tenth of the record is so held in 91 % of all records, 77 % without.
 
-Rows of history.csv stand at intervals that follow the flow where time.cfl shortens the step: there a row counts by
-the time since the row before, and batches and halves are of equal length in time.
+Rows of history.csv, and samples of spheres in every step, stand at intervals that follow the flow where time.cfl
+shortens the step: there a row counts by the time since the row before, and batches and halves are of equal length in
+time.
 """
 
 from dataclasses import dataclass
@@ -94,21 +95,12 @@ def _student_half_width(means: np.ndarray, freedom: float, inflation: float) -> 
     return student.ppf(0.975, freedom) * means.std(ddof=1) * np.sqrt(inflation / len(means))
 
 
-def estimate(
-    values: np.ndarray, batches: int = MOST_BATCHES, weights: np.ndarray | None = None
-) -> Estimate:
-    """From a series of equal steps in time, at least one value to a batch.
-
-    `weights`: how many samples each value is the mean of; None: of equally many.
-    """
+def estimate(values: np.ndarray, batches: int = MOST_BATCHES) -> Estimate:
+    """From a series of equal steps in time, at least one value to a batch."""
     count = min(batches, len(values))
-    weights = np.ones(len(values)) if weights is None else weights
-    parts = zip(np.array_split(values, count), np.array_split(weights, count), strict=True)
-    means = np.array([np.average(part, weights=weight) for part, weight in parts])
-    half_width = np.nan
-    if count > 1:
-        half_width = _half_width(means)
-    return Estimate(float(np.average(values, weights=weights)), float(half_width), means)
+    means = np.array([part.mean() for part in np.array_split(values, count)])
+    half_width = _half_width(means) if count > 1 else np.nan
+    return Estimate(float(values.mean()), float(half_width), means)
 
 
 def durations(time: np.ndarray) -> np.ndarray:
@@ -117,6 +109,20 @@ def durations(time: np.ndarray) -> np.ndarray:
         return np.ones(len(time))
     steps = np.diff(time)
     return np.concatenate([steps[:1], steps])
+
+
+class InstantWeights:
+    """How much an instant of a record counts: the time that it stands for, over the mean of all."""
+
+    def __init__(self, instants: np.ndarray):
+        """`instants`: all of the record, ascending."""
+        self._instants = instants
+        steps = durations(instants)
+        self._weights = steps / steps.mean() if len(steps) else steps
+
+    def __call__(self, time: np.ndarray) -> np.ndarray:
+        """Weights of samples at `time`, each one of the instants."""
+        return self._weights[np.searchsorted(self._instants, time)]
 
 
 def second_half(time: np.ndarray) -> int:
@@ -132,14 +138,21 @@ def mean_over_time(time: np.ndarray, values: np.ndarray, since: float = -np.inf)
 
 
 def estimate_over_time(
-    time: np.ndarray, values: np.ndarray, since: float = -np.inf, batches: int = MOST_BATCHES
+    time: np.ndarray, values: np.ndarray, since: float = -np.inf, batches: int = MOST_BATCHES,
+    counts: np.ndarray | None = None,
 ) -> Estimate:
-    """`estimate` for rows at any intervals: from `since` on, at least one row, in batches of equal time."""
+    """`estimate` for rows at any intervals: from `since` on, at least one row, in batches of equal time.
+
+    `counts`: how many samples each row is the mean of; None: of equally many.
+    """  # fmt: skip
     late = time >= since
     values, steps = values[late], durations(time)[late]
+    weights = steps if counts is None else steps * counts[late]
     count = min(batches, len(values))
-    passed, summed = (np.concatenate([[0.0], np.cumsum(rows)]) for rows in (steps, steps * values))
-    ends = np.linspace(0.0, passed[-1], count + 1)
-    means = np.diff(np.interp(ends, passed, summed)) * count / passed[-1]  # a row goes into two batches where they meet
+    passed, weighed, summed = (
+        np.concatenate([[0.0], np.cumsum(rows)]) for rows in (steps, weights, weights * values)
+    )
+    ends = np.linspace(0.0, passed[-1], count + 1)  # a row goes into two batches where they meet
+    means = np.diff(np.interp(ends, passed, summed)) / np.diff(np.interp(ends, passed, weighed))
     half_width = float(_half_width(means)) if count > 1 else float("nan")
-    return Estimate(float(summed[-1] / passed[-1]), half_width, means)
+    return Estimate(float(summed[-1] / weighed[-1]), half_width, means)

@@ -274,6 +274,15 @@ class Run:
                 for part, time in self._row_ranges(group["time"], rows, since):
                     yield time, group["tag"][part]
 
+    def sample_times(self, rows: int = BLOCK_ROWS, since: float = -math.inf) -> np.ndarray:
+        """The instants at which mobile spheres were sampled, in their order."""
+        parts = [np.empty(0)]
+        with self._mobile() as group:
+            if group is not None:
+                for _, time in self._row_ranges(group["time"], rows, since):
+                    parts.append(time[np.diff(time, prepend=-math.inf) > 0])
+        return np.concatenate(parts)
+
     @contextmanager
     def _mobile(self) -> Iterator[h5py.Group | None]:
         path = self.folder / "spheres.h5"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import flow_statistics
-from .batches import mean_over_time, second_half
+from .batches import InstantWeights, mean_over_time, second_half
 from .bed_friction import driving_friction, has_side_walls
 from .outputs import MissingOutput, Run
 from .states import NAMES, Phases
@@ -22,11 +22,13 @@ class Line:
 
 def mean_grain_velocity(run: Run) -> float:
     """Mean streamwise velocity of all mobile grains over the whole record, over u_b."""
-    total, count = 0.0, 0
+    total, count = 0.0, 0.0
+    weight = InstantWeights(run.sample_times())
     for block in run.sample_blocks():
-        total += float(block.velocity[:, 0].sum())
-        count += len(block)
-    if count == 0:
+        weights = weight(block.time)
+        total += float(weights @ block.velocity[:, 0])
+        count += float(weights.sum())
+    if count == 0.0:
         raise MissingOutput(f"{run.folder} has no samples of mobile spheres.")
     return total / count / run.bulk_velocity
 
@@ -66,18 +68,19 @@ def tags_of(run: Run) -> np.ndarray:
 
 def free_grain_lines(run: Run) -> list[Line]:
     """Motion of spheres that lie on no bed: along gravity, their speed, their Reynolds number."""
-    ends = np.array([(time[0], time[-1]) for time, _ in run.instants()])  # of blocks in the order of time
-    begin, end = float(ends[0, 0]), float(ends[-1, 1])
+    instants = run.sample_times()
+    begin, end = float(instants[0]), float(instants[-1])
+    weight_of = InstantWeights(instants)
     gravity = np.array(run.value("fluid.gravity"), dtype=float)
     weight = float(np.linalg.norm(gravity))
-    fall, count, fastest = 0.0, 0, 0.0
+    fall, count, fastest = 0.0, 0.0, 0.0
     last: list[np.ndarray] = []
     for block in run.sample_blocks():
         fastest = max(fastest, float(np.linalg.norm(block.velocity, axis=1).max(initial=0.0)))
         half = block.time >= 0.5 * (begin + end)
         if weight > 0.0:
-            fall += float((block.velocity[half] @ gravity).sum()) / weight
-        count += int(half.sum())
+            fall += float(weight_of(block.time[half]) @ (block.velocity[half] @ gravity)) / weight
+        count += float(weight_of(block.time[half]).sum())
         at_end = block.time == end
         last.append(np.linalg.norm(block.velocity[at_end], axis=1) * 2 * block.radius[at_end])
     lines = [

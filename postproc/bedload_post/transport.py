@@ -1,7 +1,7 @@
 """What the grains of one run do after the start-up: series, distributions, profiles over height.
 
-Velocities are in u_b, lengths in D, angular velocities in u_b/D. All samples count alike, however many
-grains there are at an instant: runs sample at equal intervals.
+Velocities are in u_b, lengths in D, angular velocities in u_b/D. All grains of an instant count alike, however many
+they are, and an instant by the time that it stands for (batches.InstantWeights).
 """
 
 import math
@@ -11,7 +11,7 @@ import numpy as np
 
 from scipy.stats import t as student
 
-from .batches import FEWEST_BATCHES, Estimate, batches_of, estimate
+from .batches import FEWEST_BATCHES, Estimate, InstantWeights, batches_of, estimate_over_time, second_half
 from .frames import Frames, first_above, frames, known_columns, pieces, time_ranges
 from .outputs import MissingOutput, Run
 from .states import CREEPING, JUMPING, NAMES, RESTING, Phases, analyse
@@ -67,21 +67,26 @@ class Transport:
 
     def mean(self, name: str) -> Estimate:
         """Mean of a series with its interval."""
-        return estimate(self.series(name), self.batches, self.series("count"))
+        return self.over_time(self.series(name))
 
     def share_of(self, state: int) -> Estimate:
         """Share of time in `state`."""
-        return estimate(self.series("share")[:, state], self.batches, self.series("count"))
+        return self.over_time(self.series("share")[:, state])
+
+    def over_time(self, values: np.ndarray) -> Estimate:
+        """Mean of values (m) that are means over the grains of each instant."""
+        return estimate_over_time(self.series("time"), values, batches=self.batches, counts=self.series("count"))
 
     def halves(self, name: str, state: int | None = None) -> tuple[Estimate, Estimate]:
         """Means of the first and the second half of the record; of the share of a `state`, say."""
-        values, count = self.series(name), self.series("count")
+        time, values, counts = self.series("time"), self.series(name), self.series("count")
         values = values if state is None else values[:, state]
-        middle, batches = len(values) // 2, max(2, self.batches // 2)
-        return (
-            estimate(values[:middle], batches, count[:middle]),
-            estimate(values[middle:], batches, count[middle:]),
+        middle, batches = second_half(time), max(2, self.batches // 2)
+        first, second = (
+            estimate_over_time(time[half], values[half], batches=batches, counts=counts[half])
+            for half in (slice(middle), slice(middle, None))
         )
+        return first, second
 
     @property
     def samples(self) -> int:
@@ -226,11 +231,11 @@ def height_edges(top: float) -> np.ndarray:
 
 
 def _quantile(y: np.ndarray, counts: np.ndarray, share: float) -> float:
-    """Middle `y` of the bin in which `share` of the samples is reached; nan without samples."""
+    """Middle `y` of the bin in which `share` of the samples is reached, to rounding; nan without samples."""
     below = np.cumsum(counts)
     if not below[-1]:
         return float("nan")
-    return float(y[np.searchsorted(below, share * below[-1])])
+    return float(y[np.searchsorted(below, (share - 1e-12) * below[-1])])
 
 
 def _mean_and_interval(values: np.ndarray, counts: np.ndarray) -> tuple[float, float]:
@@ -285,12 +290,12 @@ class _Counter:
     """Adds frames to a Transport."""
 
     def __init__(
-        self, phases: Phases, bulk_velocity: float, diameter: float, record: tuple[float, float],
-        heights: np.ndarray,
-    ):  # fmt: skip
+        self, phases: Phases, bulk_velocity: float, diameter: float, instants: np.ndarray, heights: np.ndarray
+    ):
         self.result = Transport(phases, heights=heights)
-        self._first = record[0]
-        self._length = max(record[1] - record[0], 1e-300)
+        self._weight = InstantWeights(instants)
+        self._first = instants[0]
+        self._length = max(instants[-1] - instants[0], 1e-300)
         self._velocity, self._diameter = bulk_velocity, diameter
         self._tags, first = np.unique(phases.tag, return_index=True)
         self._rows = np.append(first, len(phases.tag))
@@ -316,13 +321,15 @@ class _Counter:
         through = (part.time - self._first) / self._length
         of_part = np.clip((PARTS * through).astype(np.intp), 0, PARTS - 1)
         of_part = np.repeat(of_part[:, None], height.shape[1], axis=1)
+        sample = np.broadcast_to(self._weight(part.time)[:, None], height.shape)
         place, inside = _bins(r.heights, height)
         place += r.height_parts.shape[2] * of_part[inside].ravel()
-        weights = (None, spin[inside].ravel(), velocity[inside].ravel())
+        counted = sample[inside].ravel()
+        weights = (counted, counted * spin[inside].ravel(), counted * velocity[inside].ravel())
         moves = (state != RESTING)[inside].ravel()
         for row, weight in enumerate(weights):
             for parts, kept in ((r.height_parts, slice(None)), (r.moving_parts, moves)):
-                sums = np.bincount(place[kept], weight if weight is None else weight[kept], parts[:, row].size)
+                sums = np.bincount(place[kept], weight[kept], parts[:, row].size)
                 parts[:, row] += sums.reshape(PARTS, -1)
         for counts, edges, values in (
             (r.spin_parts, SPIN_EDGES, spin),
@@ -330,7 +337,7 @@ class _Counter:
         ):
             place, inside = _bins(edges, values)
             place += counts.shape[2] * (3 * of_part[inside] + state[inside]).ravel()
-            counts += np.bincount(place, minlength=counts.size).reshape(counts.shape)
+            counts += np.bincount(place, sample[inside].ravel(), counts.size).reshape(counts.shape)
 
     def _states(self, time: np.ndarray, grains: np.ndarray) -> np.ndarray:
         """State of each grain (n) at each instant (m); shape (m, n)."""
@@ -358,12 +365,12 @@ def measure(run: Run, since: float = 0.0) -> Transport:
         run.contacts(), ranges, run.sample_blocks(since=since), run.periods,
         run.bulk_velocity, run.diameter,
     )  # fmt: skip
-    first, last = min(begin for begin, _ in ranges.values()), max(end for _, end in ranges.values())
+    instants = run.sample_times(since=since)
     heights = height_edges(run.box[1] / run.diameter)
-    counter = _Counter(phases, run.bulk_velocity, run.diameter, (first, last), heights)
+    counter = _Counter(phases, run.bulk_velocity, run.diameter, instants, heights)
     for part in frames(run.sample_blocks(since=since)):
         counter.add(part)
-    counter.result.batches = batches_of((last - first) * run.bulk_velocity / run.box[0])
+    counter.result.batches = batches_of((instants[-1] - instants[0]) * run.bulk_velocity / run.box[0])
     return counter.result
 
 

@@ -16,7 +16,7 @@ from bedload_launcher.errors import UserError
 from bedload_launcher.numbers import finite
 from bedload_launcher.scenes import Scene, choose_model, find_scene
 from bedload_post import incipient_motion as motion
-from bedload_post.batches import estimate
+from bedload_post.batches import estimate_over_time
 from bedload_post.frames import frames
 from bedload_post.incipient_motion import Point
 from bedload_post.model_figures import MODELS
@@ -137,22 +137,26 @@ def gravity_for(shields: float, friction: float, settings: dict) -> float:
 def point_of(run: Run, model: str, shields: float, since: float) -> Point:
     """The numbers of one run from the time `since` on."""
     grains = measure(run, since)
-    share, count, flux = [], [], []
+    time, share, count, flux = [], [], [], []
     area = run.box[0] * run.box[2]
     for part in frames(run.sample_blocks(since=since)):
         speed = np.linalg.norm(part.velocity, axis=-1)
+        time.append(part.time)
         share.append((speed > MOVING * run.bulk_velocity).mean(axis=1))
         count.append(np.full(len(part.time), speed.shape[1]))
         flux.append(motion.flux_of(part.velocity[..., 0], part.radius, area))
     weight = run.submerged_weight / run.value("fluid.density")
     scale = motion.flux_scale(run.diameter, weight)
-    resting = grains.share_of(RESTING)
+    instants, batches = np.concatenate(time), grains.batches
     return Point(
         model, shields,
-        moving=estimate(np.concatenate(share), grains.batches, np.concatenate(count)),
-        not_resting=motion.complement(resting),
-        velocity=grains.mean("velocity"), transport=estimate(np.concatenate(flux) / scale, grains.batches),
-    )  # fmt: skip
+        moving=estimate_over_time(
+            instants, np.concatenate(share), batches=batches, counts=np.concatenate(count)
+        ),
+        not_resting=motion.complement(grains.share_of(RESTING)),
+        velocity=grains.mean("velocity"),
+        transport=estimate_over_time(instants, np.concatenate(flux) / scale, batches=batches),
+    )
 
 
 def complete(member: models.Member, plan: Plan, ranks: job.Ranks) -> None:
