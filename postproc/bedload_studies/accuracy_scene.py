@@ -4,7 +4,13 @@ The scene runs as it is and with one choice turned at a time: three resolutions,
 forcing loops, LIGGGHTS' steps, loads once per step. Beside the core-seconds stands the change of the
 scene's own answer against the finest grid, with its interval, and Richardson's estimate of what remains:
 
-    f(h) = f_0 + C h^p    from three grids;  the scene's own error is f(h) - f_0.
+    f(h) = f_0 + C h^p    from three grids;  the scene's own error is f(h) - f_0
+
+and, of what the answer differs by from that of the finest grid h', the multiple
+
+    (f(h) - f_0)/(f(h) - f(h')) = 1/(1 - (h'/h)^p),
+
+by which the difference's interval is wider, too (at the order that was found).
 """
 
 import csv
@@ -58,8 +64,9 @@ def grids(scene: Scene) -> Iterator[Choice]:
 def choices(scene: Scene, settings: dict) -> list[Choice]:
     """All that is tried, the scene as it is first."""
     found = [Choice(AS_IT_IS, h=1.0), *grids(scene)]
-    step = settings["time"]["step"]
-    found.append(Choice("half the step", (f"time.step={0.5 * step!r}",), work=2.0))
+    step, cfl = settings["time"]["step"], settings["time"].get("cfl", 0.0)
+    follows = (f"time.cfl={0.5 * cfl!r}",) if cfl > 0.0 else ()  # time.step is its upper end there
+    found.append(Choice("half the step", (f"time.step={0.5 * step!r}", *follows), work=2.0))
     other = "double" if settings["accuracy"]["precision"] == "single" else "single"
     found.append(Choice(f"{other} precision", (f'accuracy.precision="{other}"',), work=1.2))
     if scene.has_spheres():
@@ -139,12 +146,16 @@ def remaining(
     grids_ = [(c.h, r.answers[name]) for c, r in zip(tried, runs, strict=True) if c.h and isinstance(r, Priced)]
     if not isinstance(own, Priced) or len(grids_) < 2:
         return math.nan, math.nan, "no other grid ran"
-    change, half = paired(own.answers[name], finest(tried, runs)[1].answers[name], since)
+    number, best = finest(tried, runs)
+    change, half = paired(own.answers[name], best.answers[name], since)
     if len(grids_) == 3 and abs(change) > half:
-        means = [answer.mean(since).mean for _, answer in grids_]
-        f_0, p = richardson([h for h, _ in grids_], means)
+        # Of the finest grid's answer: 1 with its sign, and what the others differ by at equal times.
+        sign = math.copysign(1.0, best.answers[name].mean(since).mean)
+        f = [sign + paired(answer, best.answers[name], since)[0] for _, answer in grids_]
+        f_0, p = richardson([h for h, _ in grids_], f)
         if math.isfinite(f_0) and f_0:
-            return (means[0] - f_0) / abs(f_0), half, f"Richardson's estimate, order {p:.1f}"
+            wider = 1.0 / (1.0 - tried[number].h ** p) / abs(f_0)
+            return (f[0] - f_0) / abs(f_0), half * wider, f"Richardson's estimate, order {p:.1f}"
     why = "within the interval" if not abs(change) > half else "the grids show no trend"
     return change, half, f"against the finest grid; {why}"
 
@@ -152,16 +163,18 @@ def remaining(
 def last_line(
     scene: Scene, run: Priced, error: float, half: float, source: str, name: str, steps: int, end: float
 ) -> str:
-    """This setting, this error, this price; `end`: of the scene, which the run stopped short of."""
+    """This setting, this error, this price; `end`: of the scene, which the run stopped short of after `steps` times
+    time.step, in more steps where time.cfl shortened them."""
     s = run.settings
     whole = run.price / steps * math.ceil(end / s["time"]["step"])
+    taken = len(run.answers["driving force"].time)
     count = s["spheres"]["forcing_loops"]
     loops = f", {count} forcing loop{'s' * (count > 1)}" if scene.has_spheres() else ""
     cells = " x ".join(map(str, s["grid"]["cells"]))
     return (
         f"This setting ({cells} cells, step {s['time']['step']:g}, {s['accuracy']['precision']} precision{loops}): "
         f"{name} {100 * error:+.1f} ± {100 * half:.1f} % ({source}), "
-        f"{run.price / steps:.3g} core-seconds a step, {whole / 3600:.2g} core-hours to the scene's end."
+        f"{run.price / taken:.3g} core-seconds a step, {whole / 3600:.2g} core-hours to the scene's end."
     )
 
 

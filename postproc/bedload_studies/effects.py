@@ -1,7 +1,7 @@
 """What each effect of a scene costs, how far it changes the scene's answer, and whether it is called for.
 
-The scene runs as it is until its answer moves, then with each effect off or on in turn over the same time from
-the same start. Runs are interleaved and repeated until the spread of each one's time is below 3 % or --hours
+The scene runs as it is until its answer moves, then with each effect off or on in turn over the same time (not as
+many steps: time.cfl shortens some) from the same start. Runs are interleaved and repeated until the spread of each one's time is below 3 % or --hours
 are over. The change is the mean of the difference at equal times over the second half, with its interval
 from batches. Verdicts, of what the scene has now:
 
@@ -248,8 +248,9 @@ def run(options: argparse.Namespace) -> int:
         placed = beginning.variables(scene) if beginning else {}
         bare = without_lubrication(scene, model, Path(folder), placed) if scene.moves_grains else scene
 
-        def once(variant: Variant, steps: int, start: float = 0.0) -> Priced:
-            keys = ["output.history_every=1", *options.set, *variant.keys]
+        def once(variant: Variant, steps: int | None, start: float = 0.0, end: float | None = None) -> Priced:
+            until = [] if end is None else [f"time.end={end!r}"]
+            keys = ["output.history_every=1", *options.set, *variant.keys, *until]
             used = scene if variant.lubrication else bare
             work = job.Job(used, variant.model or model, ranks, out, keys, steps, dict(variant.variables))
             return run_once(work, start, beginning)
@@ -267,11 +268,12 @@ def run(options: argparse.Namespace) -> int:
         say(f"bedload: {len(todo)} runs of {steps} steps, in turn, some {cost.duration(once_each)} once each")
         # Before the others, so that none of them runs in vain.
         base = once(as_it_is, steps, start.price)
-        since = half_way(base)
+        since, end = half_way(base), float(base.answers["driving force"].time[-1])
         name = moves(base, options.quantity, since)
         if name is None:
             raise UserError(f"no answer of {scene.name} moves within {steps} steps; give it more with --hours.")
-        works = [(lambda v=variant: once(v, steps, start.price)) for variant in todo]
+        # All to the same end: where steps follow the flow, as many of them reach another one.
+        works = [(lambda v=variant: once(v, None, start.price, end)) for variant in todo]
         runs = interleaved(works, began + 3600.0 * options.hours, say, SPREAD_OF, [base])
     base = runs[0] if isinstance(runs[0], Priced) else base  # with its repeats
     rows = [compare(v, r, base, name, since) for v, r in zip(todo[1:], runs[1:], strict=True)]
@@ -279,8 +281,9 @@ def run(options: argparse.Namespace) -> int:
         table = csv.DictWriter(stream, list(Compared.__dataclass_fields__), lineterminator="\n")
         table.writeheader()
         table.writerows(vars(row) for row in rows)
+    spread = f" (spread {100 * base.spread:.1f} %)" if math.isfinite(base.spread) else ""
     print(f"{scene.name}, {steps} steps on {ranks.fluid} fluid ranks, {base.price / steps:.4g} core-seconds a step as "
-          f"it is (spread {100 * base.spread:.1f} %); answer: {name}")  # fmt: skip
+          f"it is{spread}; answer: {name}")  # fmt: skip
     print(table_text(rows))
     print(f"Table: {out / 'effects.csv'}", file=sys.stderr)
     return 0

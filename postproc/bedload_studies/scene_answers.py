@@ -224,8 +224,10 @@ def difference(mine: Estimate, other: Estimate) -> tuple[float, float]:
 
 def paired(mine: Series, base: Series, since: float) -> tuple[float, float]:
     """Mean of mine - base at equal times over that of |base|, and its half width, both of 1. What both have in
-    common falls out; base is interpolated where the steps differ."""
-    here = Series(mine.time, np.interp(mine.time, base.time, base.values))
+    common falls out; base is interpolated where the steps differ, and what comes behind its end left out."""
+    both = mine.time <= base.time[-1] * (1.0 + 1e-9)
+    time, values = mine.time[both], mine.values[both]
+    here = Series(time, np.interp(time, base.time, base.values))
     scale = abs(here.mean(since).mean)
-    apart = Series(mine.time, mine.values - here.values).mean(since)
+    apart = Series(time, values - here.values).mean(since)
     return (apart.mean / scale, apart.half_width / scale) if scale else (math.nan, math.nan)

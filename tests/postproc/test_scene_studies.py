@@ -138,9 +138,18 @@ def test_what_remains():
 
     tried = [Choice("own", h=1.0), Choice("coarse", h=1.25), Choice("fine", h=0.8), Choice("loops")]
     f = [5.0 + 0.5 * h**2 for h in (1.0, 1.25, 0.8)]
-    error, _, source = remaining(tried, [*map(run, f), run(9.0)], "q", 5.0)
-    assert error == pytest.approx(0.1, rel=1e-3)
+    error, half, source = remaining(tried, [*map(run, f), run(9.0)], "q", 5.0)
+    assert error == pytest.approx(0.1, rel=1e-3) and half < 1e-9
     assert "order 2.0" in source
+    error, half, source = remaining(tried[:3], [run(-value) for value in f], "q", 5.0)
+    assert error == pytest.approx(-0.1, rel=1e-3) and "order 2.0" in source
+    # The difference's interval over the share of the error that it is, 1 - 0.64.
+    scattered = [run(f[0], 0.05), run(f[1]), run(f[2])]
+    change, apart = scene_answers.paired(scattered[0].answers["q"], scattered[2].answers["q"], 5.0)
+    error, half, source = remaining(tried[:3], scattered, "q", 5.0)
+    order = float(source.split()[-1])
+    assert error > 1.5 * abs(change)
+    assert half / abs(error) == pytest.approx(apart / abs(change), rel=0.02) and order != 2.0
     wide = [run(f[0], 5.0), run(f[1]), run(f[2]), "ended"]
     error, half, source = remaining(tried, wide, "q", 5.0)
     assert half > 0.1 and "within the interval" in source
@@ -151,9 +160,10 @@ def test_the_price_is_that_of_the_whole_scene():
     """The study's runs stop short of the scene's end."""
     s = {"time": {"end": 1.0, "step": 0.1}, "grid": {"cells": [2, 2, 2]}, "accuracy": {"precision": "single"},
          "spheres": {"forcing_loops": 1}}  # fmt: skip
-    run = Priced([36.0], 1.0, {}, s)
+    taken = np.linspace(0.08, 1.0, 12)  # time.cfl has shortened some of the ten steps
+    run = Priced([36.0], 1.0, {"driving force": Series(taken, taken)}, s)
     line = accuracy_scene.last_line(find_scene("channel180"), run, 0.1, 0.05, "why", "q", 10, 100.0)
-    assert "3.6 core-seconds a step, 1 core-hours" in line
+    assert "3 core-seconds a step, 1 core-hours" in line
     assert "q +10.0 ± 5.0 % (why)" in line
 
 
@@ -167,6 +177,14 @@ def test_the_table_stands_against_the_finest_grid():
     assert rows[1].words == "finest" and rows[1].change == 0.0
     assert math.isnan(rows[2].price) and rows[2].words == "ended."
     assert "ended." in accuracy_scene.table_text(rows, "q")
+
+
+def test_half_the_step_is_half_of_what_is_in_force():
+    settings = {"time": {"step": 0.1, "cfl": 0.0}, "accuracy": {"precision": "single"}}
+    for cfl, keys in ((0.0, ("time.step=0.05",)), (1.5, ("time.step=0.05", "time.cfl=0.75"))):
+        settings["time"]["cfl"] = cfl
+        tried = accuracy_scene.choices(find_scene("channel180"), settings)
+        assert [c.keys for c in tried if c.label == "half the step"] == [keys]
 
 
 def test_a_quantity_that_does_not_exist_is_found_before_the_long_runs(tmp_path, monkeypatch):
@@ -208,6 +226,10 @@ def test_paired_differences_hold_with_other_steps():
     late = TIME[TIME >= 5.0]
     assert change * np.mean(1.0 + 0.3 * np.sin(late)) == pytest.approx(0.1, rel=0.01)
     assert half < 1e-3
+    # A run that goes on behind the other's end is compared up to it.
+    long = np.linspace(0.0, 20.0, 201)
+    change, half = scene_answers.paired(wave(long, 1.1), wave(TIME, 1.0), 5.0)
+    assert change * np.mean(1.0 + 0.3 * np.sin(late)) == pytest.approx(0.1, rel=0.01) and half < 1e-3
 
 
 @pytest.mark.parametrize(
