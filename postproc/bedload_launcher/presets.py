@@ -45,7 +45,7 @@ def settings_of(name: str | None, scene: Scene, overrides: list[str]) -> list[st
     if name is None:
         return overrides
     if name == AUTO:
-        return [*verdicts.settings_of(scene), *overrides]
+        return [*verdicts.settings_of(scene, overrides), *overrides]
     if name not in PRESETS:
         raise unknown("accuracy", name, SENTENCES)
     preset = PRESETS[name]

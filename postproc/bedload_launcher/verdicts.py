@@ -6,6 +6,8 @@ the answer stays within 2 %, certainly. Several of them add up, so they are take
 their changes with intervals together stay within these 2 %. Output and statistics stay: a person asked for them.
 """
 
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +20,8 @@ KEPT = ROOT / "postproc" / "reports" / "effects"
 LEAVE_OUT = "leave it out"
 TOLERANCE = 0.02  # of an answer: what a person would not see
 ASKED_FOR = ("output", "statistics")
+SETTINGS = "set.json"  # beside a table: the --set of its study
+OF_NO_EFFECT = ("output.", "statistics.", "checkpoint.", "time.end")  # on what an effect changes
 # Names in the table of effects that a run prints.
 ROWS = {"precision": "single precision", "forcing loops": "extra forcing loops", "diffusion": "implicit diffusion"}
 
@@ -56,14 +60,32 @@ def followed(rows: list[dict[str, str]]) -> list[Followed]:
     return list(found.values())
 
 
-def settings_of(scene: Scene) -> list[str]:
-    """Values of fluid.toml, and the words for the run's table of effects."""
+def note(folder: Path, given: Sequence[str]) -> None:
+    """Keeps the --set of the study whose table is in `folder`."""
+    (folder / SETTINGS).write_text(json.dumps(list(given)) + "\n", encoding="utf-8")
+
+
+def _that_count(given: Sequence[str]) -> list[str]:
+    return sorted(text for text in given if not text.startswith(OF_NO_EFFECT))
+
+
+def settings_of(scene: Scene, given: Sequence[str] = ()) -> list[str]:
+    """Values of fluid.toml, and the words for the run's table of effects; `given`: the --set of the run.
+
+    Raises UserError where there is no table, or one of a study with another --set.
+    """
     file = table(scene)
     if file is None:
         raise UserError(
             f"--accuracy auto follows the table of ./bedload study effects {scene.name}, which is neither in runs "
             f"nor kept in postproc/reports/effects."
         )
+    beside = file.with_name(SETTINGS)
+    asked = _that_count(json.loads(beside.read_text(encoding="utf-8"))) if beside.is_file() else None
+    if asked is not None and asked != _that_count(given):
+        words = " ".join(f"--set '{text}'" for text in asked) or "no --set"
+        raise UserError(f"--accuracy auto: {file} is of runs with {words}, unlike this one; give the same, or first "
+                        f"./bedload study effects {scene.name} with the --set of this run.")  # fmt: skip
     taken = followed(read_rows(file))
     words = "; ".join(f"{ROWS.get(one.effect, one.effect)}: {one.why}" for one in taken)
     told = [f'accuracy.verdicts="{words}"'] if words else []

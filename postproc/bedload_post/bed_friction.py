@@ -17,9 +17,9 @@ def two_walls(run: Run) -> bool:
     return set([ends] if isinstance(ends, str) else ends) == {"no_slip"}
 
 
-def has_side_walls(run: Run) -> bool:
+def side_walls(settings: dict) -> bool:
     """Whether a no-slip wall along z takes a part of what drives the flow."""
-    ends = run.settings.get("boundary", {}).get("z", "periodic")
+    ends = settings.get("boundary", {}).get("z", "periodic")
     return "no_slip" in ([ends] if isinstance(ends, str) else ends)
 
 
@@ -37,8 +37,13 @@ def without_stress(run: Run) -> float:
     return float(run.box[1]) - (driven_height(run) if two_walls(run) else 0.0)
 
 
-def bed_stress(statistics: FlowStatistics, bed_top: float, clear: float, without: float | None = None) -> float:
-    """tau [M/(L T^2)] at `bed_top`, extrapolated from above `clear`, where no sphere takes part in it.
+def bed_top(run: Run) -> float:
+    """y [L] of the top of the bed, or of the floor."""
+    return without_stress(run) - driven_height(run)
+
+
+def bed_stress(statistics: FlowStatistics, top: float, clear: float, without: float | None = None) -> float:
+    """tau [M/(L T^2)] at the bed's `top`, extrapolated from above `clear`, where no sphere takes part in it.
 
     There the balance is tau = f (without - y) with f the driving force and `without` the height where no stress is,
     of its own accord the upper end of the box; f by least squares.
@@ -50,7 +55,7 @@ def bed_stress(statistics: FlowStatistics, bed_top: float, clear: float, without
     if rows.sum() < 3:
         raise MissingOutput("statistics.h5 has no heights above the grains.")
     force = (statistics.total_stress[rows] * depth[rows]).sum() / (depth[rows] ** 2).sum()
-    return float(force * (without - bed_top))
+    return float(force * (without - top))
 
 
 def driving_friction(run: Run, since: float) -> float:
@@ -80,17 +85,16 @@ def friction_velocity(run: Run, since: float) -> tuple[float, str]:
     grains takes up. Statistics over less than half of the time from `since` on are not used, nor those of which more
     than MOST_BEFORE is earlier: they hold the start-up.
     """
-    if has_side_walls(run):
+    if side_walls(run.settings):
         raise MissingOutput(f"the side walls of {run.folder} bear a part of the driving force: no friction velocity.")
-    without = without_stress(run)
-    bed_top = without - driven_height(run)
+    without, top = without_stress(run), bed_top(run)
     density = run.value("fluid.density")
     history = run.history()
     try:
         statistics = flow_statistics.read(run)
         covered = statistics.end - max(statistics.begin, since)
         late = covered >= (1.0 - MOST_BEFORE) * (statistics.end - statistics.begin)
-        stress = bed_stress(statistics, bed_top, bed_top + 0.4 * run.depth, without)
+        stress = bed_stress(statistics, top, top + 0.4 * run.depth, without)
         if stress > 0 and late and covered >= 0.5 * (history["time"][-1] - since):
             return math.sqrt(stress / density), "total stress extrapolated to the bed's top"
     except MissingOutput:

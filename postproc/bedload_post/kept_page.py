@@ -8,12 +8,13 @@ from pathlib import Path
 from .report import image, page, table
 
 MOST_ROWS = 400  # of a table that is shown
+SIGN = "<!-- made from the files of this folder by bedload show -->"
 
 
 def is_kept(folder: Path) -> bool:
     """Whether the folder holds a study's results and not a run or a scene."""
     of_others = any((folder / name).is_file() for name in ("settings.toml", "fluid.toml", "launch.json"))
-    return not of_others and any(_parts(folder))
+    return not of_others and any(file.suffix in (".csv", ".png") for file in _parts(folder))
 
 
 def _parts(folder: Path) -> Iterator[Path]:
@@ -39,8 +40,10 @@ def _shown(file: Path) -> str:
 
 
 def write(folder: Path) -> Path:
-    """Writes the page and returns its path."""
+    """Writes the page and returns its path; a report.html that a study has written itself stays."""
     file = folder / "report.html"
-    body = [f"<h1>{html.escape(folder.name)}</h1>", *map(_shown, _parts(folder))]
+    if file.is_file() and SIGN not in file.read_text(encoding="utf-8"):
+        return file
+    body = [SIGN, f"<h1>{html.escape(folder.name)}</h1>", *map(_shown, _parts(folder))]
     file.write_text(page(folder.name, body), encoding="utf-8")
     return file

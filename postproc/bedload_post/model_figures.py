@@ -21,6 +21,7 @@ from scipy.stats import chi2  # noqa: E402
 from .collision_statistics import (  # noqa: E402
     DURATION_EDGES, OVERLAP_EDGES, STOKES_EDGES, STOKES_LIMITS, CollisionStatistics,
 )  # fmt: skip
+from .bed_friction import bed_top as top_of_bed  # noqa: E402
 from .flow_statistics import FlowStatistics  # noqa: E402
 from .outputs import Run  # noqa: E402
 from .path import COLOURS as STATE_COLOURS  # noqa: E402
@@ -159,7 +160,7 @@ def heights(cases: Sequence[Case], file: Path) -> bool:
     """PDF of y, mean omega_3(y) and mean u_p(y)."""
     rows = rows_of(cases)
     figure, axes = _grid(rows, 3, 11, 4.0, sharey=True)
-    bed_top, pocket = cases[0].run.bed_top / cases[0].run.diameter, pocket_height(cases[0].run)
+    bed_top, pocket = top_of_bed(cases[0].run) / cases[0].run.diameter, pocket_height(cases[0].run)
     top = bed_top
     for panels, own in zip(axes, rows, strict=True):
         for case in own:
@@ -494,7 +495,7 @@ def flow(profiles: Sequence[tuple[Case, FlowStatistics]], file: Path) -> bool:
                 axis.plot(np.sqrt(np.maximum(p[name], 0)) / scale, at, **case.line)
             density = case.run.value("fluid.density")
             panels[4].plot(p.total_stress / (density * scale**2), face, **case.line)
-        bed_top = own[0].run.bed_top / own[0].run.diameter
+        bed_top = top_of_bed(own[0].run) / own[0].run.diameter
         panels[0].set(xlabel="mean $u / u_b$ (intrinsic)", ylabel=f"y / D (bed's top at {bed_top:g})")
         for axis, name in zip(panels[1:4], "uvw", strict=True):
             axis.set(xlabel=f"rms of ${name} / u_b$")

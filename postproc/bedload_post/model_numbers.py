@@ -10,10 +10,10 @@ import numpy as np
 
 from . import neighbours
 from .batches import Estimate
-from .bed_friction import friction_velocity
+from .bed_friction import bed_top, friction_velocity
 from .collision_statistics import STOKES_LIMITS, CollisionStatistics, collision_statistics, scales
 from .model_figures import Case
-from .outputs import Run
+from .outputs import MissingOutput, Run
 from .states import JUMPING, NAMES, RESTING
 from .transport import Transport, measure
 
@@ -64,9 +64,6 @@ def numbers(case: Case, bed: Bed | None = None) -> dict:
     collisions = collision_statistics(run, case.since)
     low, low_half = t.low_height()
     slip, slip_half = t.slip_ratio()
-    friction, source = friction_velocity(run, case.since)
-    reynolds = friction * run.depth / run.viscosity
-    weight = run.submerged_weight * run.diameter
     spread, spread_half = t.spread_of_height()
     spin, spin_half = t.mean_spin(JUMPING)
     found = {
@@ -94,18 +91,14 @@ def numbers(case: Case, bed: Bed | None = None) -> dict:
         "box_length": run.box[0] / run.diameter,
         "low_height": _known(low),
         "low_height_interval": _known(low_half),
-        **spin_over_height(t, run.bed_top / run.diameter),
+        **spin_over_height(t, bed_top(run) / run.diameter),
         "profiles": profiles(t),
         **collision_numbers(collisions),
         **drift("velocity", *t.halves("velocity")),
         **drift("resting", *t.halves("share", RESTING)),
         "creeping_slip": _known(slip),
         "creeping_slip_interval": _known(slip_half),
-        "u_tau": friction / run.bulk_velocity,
-        "u_tau_from": source,
-        "re_tau": reynolds,
-        "d_plus": reynolds * run.diameter / run.depth,
-        "shields": run.value("fluid.density") * friction**2 / weight if weight else None,
+        **friction_numbers(run, case.since),
     }
     if 1 < found["grains"] <= MOST_SEPARATE:
         near = neighbours.measure(run, case.since)
@@ -116,6 +109,20 @@ def numbers(case: Case, bed: Bed | None = None) -> dict:
     for state, name in enumerate(NAMES):
         found |= _estimated(f"share_{name}", t.share_of(state))
     return found
+
+
+def friction_numbers(run: Run, since: float) -> dict:
+    """u_tau and what follows from it, the grains' drag included; None, and why, where there is no friction velocity."""
+    found: dict = dict.fromkeys(("u_tau", "re_tau", "d_plus", "shields"))
+    try:
+        friction, found["u_tau_from"] = friction_velocity(run, since)
+    except MissingOutput as missing:
+        return found | {"u_tau_from": str(missing)}
+    reynolds, weight = friction * run.depth / run.viscosity, run.submerged_weight * run.diameter
+    return found | {
+        "u_tau": friction / run.bulk_velocity, "re_tau": reynolds, "d_plus": reynolds * run.diameter / run.depth,
+        "shields": run.value("fluid.density") * friction**2 / weight if weight else None,
+    }  # fmt: skip
 
 
 def _estimated(name: str, found: Estimate) -> dict:
@@ -132,12 +139,12 @@ def _known(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def spin_over_height(transport: Transport, bed_top: float) -> dict:
-    """Largest mean omega_3 in a slice of 0.1 D up to a diameter over the bed's top (at y/D `bed_top`), of all grains
+def spin_over_height(transport: Transport, top: float) -> dict:
+    """Largest mean omega_3 in a slice of 0.1 D up to a diameter over the bed's top (at y/D `top`), of all grains
     and of those that do not rest, with its height, and the mean farther up; None without samples there."""
     found: dict = {"spin_peak_height": None}
     all_grains = transport.coarse_profile(1)
-    near, far = ([bed_top + height for height in reach] for reach in (NEXT_TO_BED, ABOVE))
+    near, far = ([top + height for height in reach] for reach in (NEXT_TO_BED, ABOVE))
     moving = transport.coarse_profile(1, resting=False).largest(*near)
     peak = all_grains.largest(*near)
     for name, value in (("spin_peak", peak), ("moving_spin_peak", moving), ("spin_above", all_grains.between(*far))):

@@ -95,6 +95,7 @@ def draw_figures(comparison: Comparison, values: Sequence[dict], folder: Path) -
     drawn = draw_numbers(comparison, values, folder)
 
     def draw(name: str, figure: Callable[[Path], bool], more: str = "") -> None:
+        (folder / name).unlink(missing_ok=True)  # of an earlier report
         if figure(folder / name):
             drawn.append((name, CAPTIONS[name] + more))
 

@@ -121,11 +121,6 @@ class Run:
         return self.value("reference.height")
 
     @property
-    def bed_top(self) -> float:
-        """y of the bed's top [L]: the flow's depth below the upper end of the box."""
-        return float(self.box[1]) - self.depth
-
-    @property
     def diameter(self) -> float:
         return self.value("reference.diameter")
 

@@ -369,8 +369,11 @@ def friction(setup: int, values: Sequence[dict]) -> list[Verdict]:
         mean, (half, remark) = v["bed_re_tau"], _half(v, "bed_re_tau", 0.5 * FAR * paper)
         text = f"{mean:.0f}" + (remark or f" ± {half:.0f}")
     else:
-        mean, half = mean_of_runs([v["re_tau"] for v in values])
-        runs = f"mean of {len(values)} run{'s' if len(values) > 1 else ''}"
+        known = [v["re_tau"] for v in values if v["re_tau"] is not None]
+        if not known:
+            return [Verdict("Re_τ", "", claim, None, "no run has a friction velocity", f"Re_τ {paper:.0f}")]
+        mean, half = mean_of_runs(known)
+        runs = f"mean of {len(known)} run{'s' if len(known) > 1 else ''}"
         text = f"{mean:.0f}, {runs}" if math.isnan(half) else f"{mean:.0f} ± {half:.0f}, {runs}"
     off = mean / paper - 1.0
     return [Verdict(

@@ -6,7 +6,7 @@ import numpy as np
 
 from . import flow_statistics
 from .batches import InstantWeights, mean_over_time, second_half
-from .bed_friction import driving_friction, has_side_walls
+from .bed_friction import driving_friction, side_walls
 from .outputs import MissingOutput, Run
 from .states import NAMES, Phases
 
@@ -55,7 +55,7 @@ def has_bed(run: Run) -> bool:
 
 def has_friction(run: Run) -> bool:
     """Whether the driving force is taken up by a wall or a bed alone, so that there is a friction velocity."""
-    if has_side_walls(run):
+    if side_walls(run.settings):
         return False
     return lower_wall(run) or (len(run.fixed_spheres()[0]) > 0 and not np.isfinite(run.periods[1]))
 

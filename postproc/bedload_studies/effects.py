@@ -1,9 +1,9 @@
 """What each effect of a scene costs, how far it changes the scene's answer, and whether it is called for.
 
 The scene runs as it is until its answer moves, then with each effect off or on in turn over the same time (not as
-many steps: time.cfl shortens some) from the same start. Runs are interleaved and repeated until the spread of each one's time is below 3 % or --hours
-are over. The change is the mean of the difference at equal times over the second half, with its interval
-from batches. Verdicts, of what the scene has now:
+many steps: time.cfl shortens some) from the same start. Runs are interleaved and repeated until the spread of each
+one's time is below 3 % or --hours are over. The change is the mean of the difference at equal times over the second
+half, with its interval from batches. Verdicts, of what the scene has now:
 
     needed       without it the answer changes by more than the interval
     worth it     what is off changes the answer by more than the interval when it is on
@@ -22,7 +22,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from bedload_launcher import cost, job
+from bedload_launcher import cost, job, verdicts
 from bedload_launcher.errors import UserError
 from bedload_launcher.numbers import positive, whole
 from bedload_launcher.scenes import INPUTS, Scene, choose_model, find_scene
@@ -282,6 +282,7 @@ def run(options: argparse.Namespace) -> int:
         table.writeheader()
         table.writerows(vars(row) for row in rows)
     spread = f" (spread {100 * base.spread:.1f} %)" if math.isfinite(base.spread) else ""
+    verdicts.note(out, options.set)
     print(f"{scene.name}, {steps} steps on {ranks.fluid} fluid ranks, {base.price / steps:.4g} core-seconds a step as "
           f"it is{spread}; answer: {name}")  # fmt: skip
     print(table_text(rows))

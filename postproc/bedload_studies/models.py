@@ -25,7 +25,7 @@ from bedload_launcher.machine import cores
 from bedload_launcher.numbers import finite, whole
 from bedload_launcher.override import override_table
 from bedload_launcher.scenes import Scene, choose_model, find_scene, models, read_variables
-from bedload_post.bed_friction import driving_friction, driving_friction_interval
+from bedload_post.bed_friction import bed_top, driving_friction, driving_friction_interval, side_walls
 from bedload_post.model_figures import in_order
 from bedload_post.model_numbers import Bed, make_case
 from bedload_post.models_report import Comparison, rewrite, write
@@ -199,8 +199,10 @@ def check(options: argparse.Namespace, scene: Scene) -> None:
 
 
 def with_bed(options: argparse.Namespace, scene: Scene) -> bool:
-    """Whether the bed without mobile grains is run too: where many drag at the flow."""
-    return not options.no_bed and scene.variables().get("placing") == "dropped"
+    """Whether the bed without mobile grains is run too: where many drag at the flow, and no side walls bear a part of
+    what drives it."""
+    settings = settings_of(scene, options.set)
+    return not options.no_bed and scene.variables().get("placing") == "dropped" and not side_walls(settings)
 
 
 def asked_settings(options: argparse.Namespace, scene: Scene) -> list[str]:
@@ -487,11 +489,11 @@ def rewrite_kept(folder: Path, beside: Sequence[Path]) -> None:
 def keep_correlations(run: Run, since: float, folder: Path) -> dict[str, str]:
     """Two-point correlations of the flow, where snapshots were kept behind the start-up: a figure, and a line on
     what is left at half the box, along directions that are periodic."""
+    (folder / "correlations.png").unlink(missing_ok=True)  # of an earlier report
     periodic = [math.isfinite(run.periods[d]) for d in (0, 2)]
     if not any(periodic):
         return {}
-    bed_top = run.box[1] - run.depth
-    heights = [bed_top + share * run.depth for share in (0.1, 0.3, 0.7)]
+    heights = [bed_top(run) + share * run.depth for share in (0.1, 0.3, 0.7)]
     try:
         along_x, along_z, count = turbulence.correlations(run, heights, since)
     except MissingOutput:
@@ -512,6 +514,8 @@ def measured_bed(run: Run, discard: float) -> Bed:
     From the driving force, which is what the bed takes up at every instant where the bulk velocity is held;
     the stress of the outer flow lags behind it for hundreds of D/u_b after the grains are gone.
     """
+    if side_walls(run.settings):
+        raise MissingOutput(f"the side walls of {run.folder} bear a part of the driving force: no friction velocity.")
     since = discard * run.box[0] / run.bulk_velocity
     last = float(run.history()["time"][-1])
     friction = driving_friction(run, since)

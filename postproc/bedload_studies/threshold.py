@@ -16,6 +16,7 @@ from bedload_launcher.errors import UserError
 from bedload_launcher.numbers import finite
 from bedload_launcher.scenes import Scene, choose_model, find_scene
 from bedload_post import incipient_motion as motion
+from bedload_post.bed_friction import side_walls
 from bedload_post.batches import estimate_over_time
 from bedload_post.frames import frames
 from bedload_post.incipient_motion import Point
@@ -110,6 +111,9 @@ def check(options: argparse.Namespace, scene: Scene) -> None:
     """Raises UserError for values that make no study."""
     if not (models.settings_of(scene, []).get("reference", {}).get("sphere_density")):
         raise UserError(f"scene '{scene.name}' has no reference.sphere_density, so no Shields number.")
+    if side_walls(models.settings_of(scene, [])):
+        raise UserError(f"scene '{scene.name}' has side walls, which bear a part of the driving force, "
+                        "so no Shields number.")  # fmt: skip
     # LIGGGHTS would not miss a variable that its script does not read: the bed would not be bare, gravity not set.
     for name, what in (("placing", "NAME"), ("gravity", "VALUE")):
         if name not in scene.variables():

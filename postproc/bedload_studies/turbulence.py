@@ -20,7 +20,7 @@ import numpy as np  # noqa: E402
 from bedload_launcher.errors import UserError, unknown  # noqa: E402
 from bedload_launcher.numbers import finite  # noqa: E402
 from bedload_post.batches import mean_over_time  # noqa: E402
-from bedload_post.bed_friction import friction_velocity, has_side_walls  # noqa: E402
+from bedload_post.bed_friction import bed_top, friction_velocity  # noqa: E402
 from bedload_post.outputs import MissingOutput, Run  # noqa: E402
 from matplotlib.backend_bases import FigureCanvasBase  # noqa: E402
 
@@ -130,8 +130,7 @@ def run(options: argparse.Namespace) -> int:
         raise UserError(f"{options.folder} is periodic along neither x nor z, so it has no two-point correlations.")
     if options.figure:
         check_figure(options.figure)
-    bed_top = case.box[1] - case.depth
-    heights = options.heights or [bed_top + share * case.depth for share in (0.1, 0.3, 0.7)]
+    heights = options.heights or [bed_top(case) + share * case.depth for share in (0.1, 0.3, 0.7)]
     for height in heights:
         if not 0.0 < height < case.box[1]:
             raise UserError(f"--heights has {height:g}, but the box of {options.folder} is {case.box[1]:g} high.")
@@ -141,10 +140,12 @@ def run(options: argparse.Namespace) -> int:
     late = history["time"] >= options.since
     energy = history["kinetic_energy"][late]
     mean_energy = mean_over_time(history["time"], history["kinetic_energy"], options.since)
-    if not has_side_walls(case):  # which bear a part of the driving force
+    try:
         friction, source = friction_velocity(case, options.since)
         print(f"u_tau / u_b      {friction / case.bulk_velocity:.4f} ({source})")
         print(f"Re_tau           {friction * case.depth / case.viscosity:.0f}")
+    except MissingOutput as missing:  # side walls, or walls that drive the flow
+        print(f"u_tau            unknown: {missing}")
     print(f"kinetic energy   {mean_energy:.4f}, between {energy.min():.4f} and {energy.max():.4f}")
     print(f"snapshots        {count}")
     if still.any():

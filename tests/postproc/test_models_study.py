@@ -27,6 +27,8 @@ def test_setup2_has_one_run_a_model(tmp_path):
     ]
     assert all(m.overrides({}) == [] for m in runs)
     assert [m.variables() for m in runs] == [{"placing": "none"}, {}, {}, {}, {}]
+    duct = options("--set", 'boundary.z="no_slip"')  # whose side walls leave the bed no friction velocity
+    assert all(member.grains for member in models.members(duct, find_scene("setup2_small")))
     alone = models.members(options("--no-bed"), find_scene("setup2_small"))
     assert [m.model for m in alone] == ["rpm", "rpm_hw", "actm", "actm_hw"]
 
@@ -347,6 +349,15 @@ def test_variables_reach_the_script(tmp_path):
     line = work.command()
     assert line[line.index("density") - 1 : line.index("density") + 2] == ["-var", "density", "1.75"]
     assert line.index("density") > line.index(":")
+
+
+def test_side_walls_leave_a_bed_no_friction(tmp_path):
+    folder = write_run(tmp_path / "bed", wandering_story())
+    text = (folder / "settings.toml").read_text()
+    text = text.replace('boundary.z = ["periodic", "periodic"]', 'boundary.z = "no_slip"')
+    (folder / "settings.toml").write_text(text)
+    with pytest.raises(MissingOutput, match="side walls"):
+        models.measured_bed(Run(folder), 0.0)
 
 
 def test_friction_of_the_bed_is_the_driving_force(tmp_path):

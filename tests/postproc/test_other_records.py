@@ -7,7 +7,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from bedload_launcher.errors import UserError
-from bedload_post import model_figures, other_records
+from bedload_post import bed_friction, model_figures, other_records
 from bedload_post.other_records import Record
 from bedload_post.outputs import Run
 from bedload_studies import models
@@ -194,7 +194,7 @@ def test_a_grain_in_a_pocket(tmp_path):
             del file[f"fixed/{name}"]
         file["fixed/position"] = np.array([[0.5, 0.5, 0.5], [0.5, 0.5, 1.5], [0.5 + row, 0.5, 1.0]])
         file["fixed/radius"] = np.full(3, 0.5)
-    assert run.bed_top == 1.0
+    assert bed_friction.bed_top(run) == 1.0
     assert model_figures.pocket_height(run) == pytest.approx(0.5 + np.sqrt(2 / 3))
     with h5py.File(run.folder / "spheres.h5", "r+") as file:
         file["fixed/position"][0, 1] = 0.6

@@ -356,6 +356,14 @@ def test_a_folder_of_kept_results_becomes_a_page(tmp_path):
     page = kept_page.write(tmp_path).read_text()
     assert "# Drag &lt;of&gt; spheres" in page
     assert '<td class="">4.3</td>' in page
+    (tmp_path / "drag.csv").write_text("Re,C_d\n10,4.4\n")
+    assert '<td class="">4.4</td>' in kept_page.write(tmp_path).read_text()
+    # What a study wrote itself stays.
+    (tmp_path / "report.html").write_text("with captions")
+    assert kept_page.write(tmp_path).read_text() == "with captions"
+    (tmp_path / "drag.csv").unlink()
+    assert not kept_page.is_kept(tmp_path)  # text alone is no result
+    (tmp_path / "drag.csv").touch()
     (tmp_path / "settings.toml").write_text("")
     assert not kept_page.is_kept(tmp_path)  # a run
 

@@ -17,6 +17,7 @@ from bedload_post.batches import batches_of, estimate, estimate_over_time, mean_
 from bedload_post.frames import first_above, frames, grains_per_instant, pieces, time_ranges
 from bedload_post.outputs import MissingOutput, Run, Samples
 from bedload_post.states import CREEPING, JUMPING, RESTING
+from bedload_studies import models
 from scipy.signal import lfilter
 from synthetic import Story, even, wandering_story, write_run, write_samples
 
@@ -300,6 +301,7 @@ def test_two_walls_share_the_driving_force(tmp_path, depth, start, height, witho
     (folder / "settings.toml").write_text(text)
     run = Run(folder)
     assert bed_friction.driving_friction(run, 0.0) == pytest.approx(np.sqrt(0.004 * height), rel=1e-12)
+    assert bed_friction.bed_top(run) == pytest.approx(without - height)
     face = np.linspace(0.0, 9.0, 46)
     with h5py.File(folder / "statistics.h5", "w") as file:
         file.attrs.update(samples=10, begin=0.0, end=22.0, driving=0.004, wall_stress=[0.0, 0.0], u_tau=0.1)
@@ -308,6 +310,31 @@ def test_two_walls_share_the_driving_force(tmp_path, depth, start, height, witho
     friction, source = bed_friction.friction_velocity(run, 0.0)
     assert friction == pytest.approx(np.sqrt(0.004 * height), rel=1e-12)
     assert "total stress" in source
+
+
+def test_side_walls_leave_no_friction_velocity(tmp_path):
+    """They bear a part of the driving force; the report has all other numbers."""
+    folder = write_run(tmp_path / "run", even(story_of_three_states()))
+    text = (folder / "settings.toml").read_text()
+    text = text.replace('boundary.z = ["periodic", "periodic"]', 'boundary.z = "no_slip"')
+    (folder / "settings.toml").write_text(text)
+    case = model_numbers.make_case("rpm", Run(folder), 0.0)
+    found, = models_report.write(models_report.Comparison("duct", [case], 1, {}), tmp_path / "report")
+    assert [found[name] for name in ("u_tau", "re_tau", "d_plus", "shields")] == [None] * 4
+    assert "side walls" in found["u_tau_from"]
+    page = (tmp_path / "report" / "README.md").read_text()
+    assert "no run has a friction velocity" in page and "| mean particle velocity / u_b | 0.17" in page
+    assert "D⁺" not in page
+
+
+def test_figures_of_an_earlier_report_go(run, tmp_path):
+    """Of what these runs do not have: one jump and one creeping phase make no figure."""
+    for name in ("jumping.png", "correlations.png"):
+        (tmp_path / name).write_bytes(b"old")
+    models.keep_correlations(Run(run.folder), 1e9, tmp_path)
+    case = model_numbers.make_case("rpm", run, 0.0)
+    models_report.write(models_report.Comparison("made up", [case], 0, {}), tmp_path)
+    assert not {"jumping.png", "correlations.png"} & {file.name for file in tmp_path.iterdir()}
 
 
 def test_a_film_has_its_frames(tmp_path):

@@ -128,6 +128,19 @@ def test_no_correlations_where_a_box_is_not_periodic(tmp_path, capsys):
     assert models.keep_correlations(Run(run.folder), 0.0, tmp_path) == {}
 
 
+def test_flow_between_walls_that_slide_has_correlations(tmp_path, capsys):
+    """Nothing else drives it, so that no friction velocity follows from a driving force."""
+    folder = odd_box(tmp_path / "run")
+    history = (folder / "history.csv").read_text().splitlines()
+    place = history[0].split(",").index("driving")
+    rows = [",".join("0" if n == place else word for n, word in enumerate(row.split(","))) for row in history[1:]]
+    (folder / "history.csv").write_text("\n".join([history[0], *rows]) + "\n")
+    assert study(folder, "--heights", "5") == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("u_tau            unknown: history.csv of") and "no driving force" in said[0]
+    assert said[-1].split()[:2] == ["5.00", "1.000"]
+
+
 @pytest.mark.filterwarnings("error")
 def test_no_correlations_across_a_duct(tmp_path, capsys):
     run = Run(odd_box(tmp_path / "run"))

@@ -52,3 +52,13 @@ def test_settings_say_why(tmp_path, monkeypatch):
     (tmp_path / "runs" / "effects-mine").mkdir(parents=True)
     (tmp_path / "runs" / "effects-mine" / "effects.csv").write_text(lines[0] + "\n")
     assert presets.settings_of("auto", scene, []) == []
+    # A study with --set is of what was set; how long it went and what it wrote do not count.
+    verdicts.note(tmp_path / "runs" / "effects-mine", ["fluid.gravity=[0,-1,0]", "time.end=9", "output.fields_every=0"])
+    (tmp_path / "runs" / "effects-mine" / "effects.csv").write_text("\n".join(lines) + "\n")
+    with pytest.raises(UserError, match=r"is of runs with --set 'fluid.gravity=\[0,-1,0\]', unlike this one"):
+        presets.settings_of("auto", scene, ["time.end=2"])
+    same = presets.settings_of("auto", scene, ["time.end=2", "fluid.gravity=[0,-1,0]"])
+    assert same == [SINGLE, told, "time.end=2", "fluid.gravity=[0,-1,0]"]
+    verdicts.note(tmp_path / "runs" / "effects-mine", [])
+    with pytest.raises(UserError, match="is of runs with no --set, unlike this one"):
+        presets.settings_of("auto", scene, ["fluid.gravity=[0,-1,0]"])
