@@ -7,6 +7,7 @@ import numpy as np
 from . import flow_statistics
 from .batches import InstantWeights, mean_over_time, second_half
 from .bed_friction import driving_friction, side_walls
+from .incipient_motion import diameter_number, shields_curve
 from .outputs import MissingOutput, Run
 from .states import NAMES, Phases
 
@@ -60,6 +61,22 @@ def has_friction(run: Run) -> bool:
     return lower_wall(run) or (len(run.fixed_spheres()[0]) > 0 and not np.isfinite(run.periods[1]))
 
 
+def critical_shields(run: Run) -> float:
+    """The Shields number at which grains of a level bed begin to move, by Shields' curve."""
+    weight = run.submerged_weight / run.value("fluid.density")
+    return shields_curve(diameter_number(run.diameter, weight, run.viscosity))
+
+
+def size_lines(run: Run) -> list[Line]:
+    """Where mobile spheres are of other sizes than reference.diameter, which every D is."""
+    radius = next(run.sample_blocks(rows=1)).radius
+    smallest, largest = (2.0 * float(end) for end in (radius.min(), radius.max()))
+    if max(abs(smallest - run.diameter), abs(largest - run.diameter)) <= 1e-3 * run.diameter:
+        return []
+    sizes = f"{smallest:.4g}" if smallest == largest else f"{smallest:.4g} to {largest:.4g}"
+    return [Line("their diameters", sizes, f"D below is reference.diameter, {run.diameter:g}")]
+
+
 def tags_of(run: Run) -> np.ndarray:
     """Every mobile sphere that the record has, however short."""
     found = [np.unique(tag) for _, tag in run.instants()]
@@ -85,6 +102,7 @@ def free_grain_lines(run: Run) -> list[Line]:
         last.append(np.linalg.norm(block.velocity[at_end], axis=1) * 2 * block.radius[at_end])
     lines = [
         Line("mobile spheres", f"{len(tags_of(run))}"),
+        *size_lines(run),
         Line("largest speed", f"{fastest:.4g}", "in units of the scene"),
     ]
     if weight > 0.0 and count:
@@ -108,6 +126,7 @@ def grain_lines(run: Run, phases: Phases | None) -> list[Line]:
         return free_grain_lines(run)
     lines = [
         Line("mobile grains", f"{len(tags_of(run))}"),
+        *size_lines(run),
         Line("mean grain velocity", f"{fixed_point(mean_grain_velocity(run), 4)} u_b"),
         collision_line(run),
     ]
@@ -200,7 +219,8 @@ def flow_lines(run: Run) -> list[Line]:
         if run.submerged_weight > 0:
             shields = run.value("fluid.density") * friction**2
             shields /= run.submerged_weight * run.diameter
-            lines.append(Line("Shields number", f"{shields:.4f}", "critical: 0.035"))
+            note = f"critical: {critical_shields(run):.3f}, Shields' curve"
+            lines.append(Line("Shields number", f"{shields:.4f}", note))
     lines += statistics_lines(run)
     if spheres:
         lines += shear_lines(run, history, middle)

@@ -75,14 +75,15 @@ def run_cell(case: HardCase, value, courant: float, precision: str, folder: Path
     work = job.Job(Scene(folder), scene.model, ranks, folder / "out", keys)
     (folder / "out").mkdir(exist_ok=True)
     cell = (case.name, str(value), courant, precision)
+    limit = TIMEOUT * (20 if case.long else 1)
     try:
         done = subprocess.run(
             work.command(), cwd=folder, env=job.environment(), stdin=subprocess.DEVNULL,
-            capture_output=True, text=True, timeout=TIMEOUT * (20 if case.long else 1), check=False,
+            capture_output=True, text=True, timeout=limit, check=False,
             preexec_fn=job.dies_with_us(),
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        return Cell(*cell, UNSTABLE, float("nan"), f"no end after {TIMEOUT} s")
+        return Cell(*cell, UNSTABLE, float("nan"), f"no end after {limit} s")
     if done.returncode != 0:
         words = end_of(done.stderr) or f"status {done.returncode}"
         kind = kind_of_end(words)

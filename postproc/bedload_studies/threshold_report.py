@@ -17,7 +17,7 @@ import numpy as np  # noqa: E402
 
 from bedload_post import bed_motion  # noqa: E402
 from bedload_post import incipient_motion as motion  # noqa: E402
-from bedload_post.batches import Estimate  # noqa: E402
+from bedload_post.batches import HIGHEST_MEMORY, Estimate  # noqa: E402
 from bedload_post.incipient_motion import Point, Threshold  # noqa: E402
 from bedload_post.model_figures import model_label, model_line, name_models  # noqa: E402
 from bedload_post.outputs import Run  # noqa: E402
@@ -201,13 +201,35 @@ def draw(found: Experiment, file: Path) -> None:
 
 def as_text(found: Experiment, motion_drawn: bool = False) -> str:
     """README.md of the report; `motion_drawn`: motion.png stands beside it."""
+    maps = ["", "Where and when grains move, at the Shields number nearest to Shields' curve:", "",
+            "![Share of grains in motion over x and time](motion.png)"] if motion_drawn else []  # fmt: skip
+    told = [f"- {name}: {value}" for name, value in found.circumstances.items()]
+    lines = [*_head(found), *_thresholds(found), *maps, *_runs(found), "", "## Circumstances", "", *told]
+    return "\n".join(lines) + "\n"
+
+
+def narrow_sentence(found: Experiment) -> str:
+    """Whose intervals of the share in motion promise too much; empty where none does, or a kept record has no
+    batches."""
+    throughs = found.throughs - found.discard
+    known = [p for p in found.points if len(p.moving.batches)]
+    narrow = [p for p in known if p.moving.too_narrow(throughs)]
+    if not narrow:
+        return "" if known else " This record has not kept its batches: whether it promises too much cannot be told."
+    each = "; ".join(f"{p.model} at {p.shields:g}" for p in narrow)
+    return (f" It promises too much for the share in motion of {len(narrow)} of {len(known)} runs, whose batches are "
+            f"shorter than a flow-through or correlated by more than {HIGHEST_MEMORY:g}: {each}.")  # fmt: skip
+
+
+def _head(found: Experiment) -> list[str]:
+    """What a reader has to know, how it was made and the figure."""
     reynolds = found.friction_velocity * found.diameter / found.viscosity
     part = found.friction_half_width / found.friction_velocity
     together = "" if math.isnan(part) else (
         f" That of the friction velocity, {part:.0%}, is in none of them: it moves all Shields numbers together, by "
         "twice as much."
     )  # fmt: skip
-    lines = [
+    return [
         f"# Onset of motion: {found.scene}",
         "",
         opening(found),
@@ -220,9 +242,15 @@ def as_text(found: Experiment, motion_drawn: bool = False) -> str:
         f"({found.friction_source}), D⁺ = {reynolds:.1f}, ρp/ρf = {found.density_ratio:g}; gravity sets the "
         f"Shields number. {found.cells_per_diameter} cells to a diameter, {found.throughs:g} flow-throughs "
         f"L_x/u_b, the first {found.discard:g} left out. ± is a 95 % confidence interval "
-        "from batches, too narrow where these are correlated." + together,
+        "from batches, wider where these are correlated." + narrow_sentence(found) + together,
         "",
         "![Share of grains in motion and transport rate](threshold.png)",
+    ]
+
+
+def _thresholds(found: Experiment) -> list[str]:
+    """Each model's threshold, and what it says beside those that are known."""
+    lines = [
         "",
         "## Thresholds",
         "",
@@ -244,16 +272,18 @@ def as_text(found: Experiment, motion_drawn: bool = False) -> str:
         points = found.of(model)
         threshold = motion.threshold_of_share(points)
         lines.append(f"- {model}: {verdict(threshold, points, expected)}{beside_exposed(threshold)}.")
-    lines += [
+    return [
+        *lines,
         "",
         "Shields' curve is for grains in a level bed. Grains that lie on a fixed layer, in its pockets, stand 0.82 D "
         "above the grains under them; such grains are reported to move from "
         f"θ = {motion.EXPOSED_THRESHOLD:g} on (Fenton & Abbott 1977).",
     ]
-    if motion_drawn:
-        lines += ["", "Where and when grains move, at the Shields number nearest to Shields' curve:", "",
-                  "![Share of grains in motion over x and time](motion.png)"]  # fmt: skip
-    lines += [
+
+
+def _runs(found: Experiment) -> list[str]:
+    """The table of all runs."""
+    lines = [
         "",
         "## All runs",
         "",
@@ -265,9 +295,7 @@ def as_text(found: Experiment, motion_drawn: bool = False) -> str:
             f"| {p.model} | {p.shields:g} | {p.moving} | {p.not_resting} | {p.velocity} | "
             f"{p.transport.mean:.2e} ± {p.transport.half_width:.1e} | {motion.wong_parker(p.shields):.2e} |"
         )
-    lines += ["", "## Circumstances", ""]
-    lines += [f"- {name}: {value}" for name, value in found.circumstances.items()]
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 ESTIMATES = ("moving", "not_resting", "velocity", "transport")
@@ -286,19 +314,28 @@ def write_pages(found: Experiment, folder: Path, motion_drawn: bool) -> None:
     kept = {field.name: getattr(found, field.name) for field in fields(found) if field.name not in ("points", "shown")}
     kept["points"] = [
         {"model": p.model, "shields": p.shields}
-        | {name: [getattr(p, name).mean, getattr(p, name).half_width] for name in ESTIMATES}
+        | {name: _kept(getattr(p, name)) for name in ESTIMATES}
         for p in found.points
     ]
     (folder / "numbers.json").write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
+def _kept(found: Estimate) -> list:
+    """Mean, half width and, where they are known, the batches' means."""
+    return [found.mean, found.half_width, *([found.batches.tolist()] if len(found.batches) else [])]
+
+
+def _read_estimate(mean: float, half_width: float, batches: Sequence[float] = ()) -> Estimate:
+    return Estimate(mean, half_width, np.array(batches))
+
+
 def read(folder: Path) -> Experiment:
-    """The experiment that numbers.json keeps; its estimates are without batches."""
+    """The experiment that numbers.json keeps; estimates of older records are without batches."""
     names = [field.name for field in fields(Experiment) if field.name != "shown"]
     kept = kept_numbers(folder, [name for name in names if name != "friction_half_width"])
     kept = {name: kept[name] for name in names if name in kept}
     points = [
-        Point(p["model"], p["shields"], **{name: Estimate(p[name][0], p[name][1], np.empty(0)) for name in ESTIMATES})
+        Point(p["model"], p["shields"], **{name: _read_estimate(*p[name]) for name in ESTIMATES})
         for p in kept.pop("points")
     ]
     return Experiment(points=points, **kept)

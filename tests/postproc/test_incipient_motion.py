@@ -187,6 +187,24 @@ def test_what_moves_at_the_paper_s_shields_number(moving, verdict):
     assert "Setup II" not in threshold_report.opening(high)
 
 
+def test_intervals_that_promise_too_much_are_named(tmp_path):
+    """Eight flow-throughs: eight batches that know nothing of each other, or that rise; old records kept none."""
+    found = experiment((0.05, 0.4, 0.6, 0.9))
+    old = [replace(p, moving=replace(p.moving, batches=np.empty(0))) for p in found.points]
+    assert "This record has not kept its batches" in threshold_report.as_text(replace(found, points=old))
+    calm, rising = (replace(value(0.4, 0.01), batches=b) for b in (np.tile([0.3, 0.5], 4), np.linspace(0.2, 0.6, 8)))
+    of = [replace(p, moving=b) for p, b in zip(found.points, (calm, rising, calm, rising), strict=True)]
+    threshold_report.write(replace(found, points=of), tmp_path)
+    text = (tmp_path / "README.md").read_text(encoding="utf-8")
+    assert "the share in motion of 2 of 4 runs" in text and "more than 0.3: actm at 0.03; actm at 0.1." in text
+    threshold_report.rewrite(tmp_path)
+    assert (tmp_path / "README.md").read_text(encoding="utf-8") == text
+    calm_all = replace(found, points=[replace(p, moving=calm) for p in found.points])
+    assert threshold_report.narrow_sentence(calm_all) == ""
+    # Batches shorter than a flow-through.
+    assert "4 of 4 runs" in threshold_report.narrow_sentence(replace(calm_all, throughs=10))
+
+
 def test_a_kept_threshold_is_written_anew(tmp_path):
     threshold_report.write(experiment((0.05, 0.4, 0.6, 0.9)), tmp_path)
     text = (tmp_path / "README.md").read_text(encoding="utf-8")

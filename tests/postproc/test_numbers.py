@@ -231,7 +231,7 @@ def test_every_line_of_the_summary(run):
     )  # fmt: skip
     grains = {line.what: line.value for line in summary.grain_lines(run, phases)}
     wanted = {
-        "mobile grains": 1, "mean grain velocity": 5.5 / 13 / 3, "finished collisions": 6,
+        "mobile grains": 1, "their diameters": 1.6, "mean grain velocity": 5.5 / 13 / 3, "finished collisions": 6,
         "time resting": 100 * 8 / 13, "time creeping": 100 * 2 / 13, "time jumping": 100 * 3 / 13,
         "jumps": 2, "jump height, mean": 0.2, "jump height, highest": 0.25,
         "slip while creeping": 0.8 * np.hypot(0.3, 0.5) - 1.0,
@@ -250,6 +250,11 @@ def test_every_line_of_the_summary(run):
     }  # fmt: skip
     flow = {line.what: number(line.value) for line in summary.flow_lines(run)}
     assert flow == pytest.approx(wanted, rel=0.01, abs=1e-17)
+    # (s - 1) g = 0.6/(2 x 1.5), nu = 0.01: D* = 25.2.
+    number_of_diameter = 2.0 * (0.2 / 0.01**2) ** (1 / 3)
+    curve = 0.30 / (1 + 1.2 * number_of_diameter) + 0.055 * (1 - np.exp(-0.020 * number_of_diameter))
+    notes = {line.what: line.note for line in summary.flow_lines(run)}
+    assert notes["Shields number"] == f"critical: {curve:.3f}, Shields' curve"
 
 
 def test_statistics_in_the_scene_s_units(run):
