@@ -22,6 +22,7 @@ time.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.stats import t as student
 
 MOST_BATCHES = 10
@@ -61,8 +62,29 @@ class Estimate:
         """
         return bool(self.memory > HIGHEST_MEMORY or memory_times < 0.99 * len(self.batches))
 
+    def is_apart_from(self, other: "Estimate") -> bool:
+        """Whether the difference of two independent means is larger than its 95 % interval."""
+        return abs(self.mean - other.mean) > float(np.hypot(self.half_width, other.half_width))
+
     def __str__(self) -> str:
         return f"{self.mean:.3f} ± {self.half_width:.3f}"
+
+
+def half_widths(values: np.ndarray) -> np.ndarray:
+    """t_{0.975, n-1} s/sqrt(n) over the first axis, of the n values that are numbers and know nothing of each other;
+    nan below three."""
+    count = np.isfinite(values).sum(axis=0)
+    enough = count >= 3
+    found = np.full(values.shape[1:], np.nan)
+    deviation = np.nanstd(values[:, enough], axis=0, ddof=1)
+    n = count[enough]
+    found[enough] = student.ppf(0.975, n - 1) * deviation / np.sqrt(n)
+    return found
+
+
+def half_width_of(values: ArrayLike) -> float:
+    """The same of one row of values."""
+    return float(half_widths(np.asarray(values, dtype=float)[:, None])[0])
 
 
 def _memory(means: np.ndarray) -> float:

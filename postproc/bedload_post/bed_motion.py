@@ -11,8 +11,8 @@ import numpy as np
 
 from .frames import frames
 from .outputs import Run
+from .states import RESTING_SPEED
 
-MOVING = 0.01  # of u_b
 MOST = 400  # instants that are drawn
 NO_GRAIN = "#9ecae1"  # where no grain is
 MOST_COLUMNS = 4  # panels in a row
@@ -33,7 +33,7 @@ def maps(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
                 continue
             x = _place(part.position[row][:, 0], run.box[0], pieces)
             z = _place(part.position[row][:, 2], run.box[2], strips)
-            fast = np.linalg.norm(part.velocity[row], axis=1) > MOVING * run.bulk_velocity
+            fast = np.linalg.norm(part.velocity[row], axis=1) > RESTING_SPEED * run.bulk_velocity
             count = np.bincount(x, minlength=pieces)
             moving = np.bincount(x, weights=fast, minlength=pieces)
             with np.errstate(invalid="ignore"):
@@ -77,7 +77,7 @@ def compare(named: Sequence[tuple[str, Run]], file: Path, since: float = 0.0) ->
         axis.set(title=name, xlabel="x / D", facecolor=NO_GRAIN)
     for axis in axes[:, 0]:
         axis.set_ylabel("$t\\, u_b / D$")
-    figure.colorbar(image, ax=axes[:, -1], label=f"share of grains faster than {MOVING:g} $u_b$ (blue: no grain)")
+    figure.colorbar(image, ax=axes[:, -1], label=f"share of grains faster than {RESTING_SPEED:g} $u_b$ (blue: none)")
     figure.savefig(file, dpi=90)
     plt.close(figure)
     return True

@@ -177,10 +177,9 @@ def collision_numbers(found: CollisionStatistics) -> dict:
 
 def drift(name: str, first: Estimate, second: Estimate) -> dict:
     """Means of both halves, and whether they differ by more than their intervals."""
-    difference = abs(second.mean - first.mean)
     half = float(np.hypot(first.half_width, second.half_width))
     return {
         f"{name}_halves": [first.mean, second.mean],
         f"{name}_halves_interval": _known(half),
-        f"{name}_drifts": bool(difference > half) if np.isfinite(half) else None,
+        f"{name}_drifts": second.is_apart_from(first) if np.isfinite(half) else None,
     }

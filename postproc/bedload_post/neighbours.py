@@ -9,8 +9,8 @@ have another one near, beside that of those that have none.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
 
+from .batches import half_width_of
 from .frames import frames
 from .outputs import Run
 
@@ -95,15 +95,8 @@ def of_series(nearest: np.ndarray, speed: np.ndarray) -> Neighbours:
         if close.any() and not close.all():
             differences.append(u[close].mean() - u[~close].mean())
     return Neighbours(
-        float(near.mean()), float(nearest.min()), float(pairs.mean()), _half_width(parts),
+        float(near.mean()), float(nearest.min()), float(pairs.mean()), half_width_of(parts),
         float(speed[near].mean()) if near.any() else float("nan"),
         float(speed[~near].mean()) if not near.all() else float("nan"),
-        _half_width(np.array(differences)),
+        half_width_of(differences),
     )  # fmt: skip
-
-
-def _half_width(values: np.ndarray) -> float:
-    if len(values) < 3:
-        return float("nan")
-    n = len(values)
-    return float(student.ppf(0.975, n - 1) * values.std(ddof=1) / np.sqrt(n))

@@ -10,8 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from scipy.stats import t as student
-
+from .batches import half_width_of
 from .model_figures import MODELS, PAPER_CELLS
 
 CRITICAL_SHIELDS = 0.035
@@ -383,12 +382,7 @@ def friction(setup: int, values: Sequence[dict]) -> list[Verdict]:
 
 def mean_of_runs(values: Sequence[float]) -> tuple[float, float]:
     """Mean of independent runs and the half width of its interval by their scatter; nan below three."""
-    count = len(values)
-    mean = math.fsum(values) / count
-    if count < 3:
-        return mean, math.nan
-    deviation = math.sqrt(math.fsum((x - mean) ** 2 for x in values) / (count - 1))
-    return mean, float(student.ppf(0.975, count - 1)) * deviation / math.sqrt(count)
+    return math.fsum(values) / len(values), half_width_of(values)
 
 
 def density_effects(values: Sequence[dict]) -> list[Verdict]:

@@ -11,17 +11,18 @@ import numpy as np
 
 from scipy.stats import t as student
 
-from .batches import FEWEST_BATCHES, Estimate, InstantWeights, batches_of, estimate_over_time, second_half
+from .batches import (
+    FEWEST_BATCHES, Estimate, InstantWeights, batches_of, estimate_over_time, half_width_of, half_widths, second_half,
+)  # fmt: skip
 from .frames import Frames, first_above, frames, known_columns, pieces, time_ranges
 from .outputs import MissingOutput, Run
-from .states import CREEPING, JUMPING, NAMES, RESTING, Phases, analyse
+from .states import CREEPING, JUMPING, NAMES, RESTING, RESTING_SPEED, Phases, analyse
 
 SPIN_EDGES = np.linspace(-3.0, 3.0, 241)  # omega_3 D/u_b
 VELOCITY_EDGES = np.linspace(-0.5, 1.5, 201)  # u_p/u_b
 PARTS = 10  # of the record, each with histograms of its own: their scatter is the interval
 FEWEST_SAMPLES = 50  # in a bin of height whose mean is shown
 COARSE = 5  # bins of height in one of the coarse profile, 0.1 D
-RESTING_VELOCITY = 0.01  # of u_b, below which a grain does not move
 
 
 @dataclass
@@ -108,7 +109,7 @@ class Transport:
         enough = self.by_height[0] >= FEWEST_SAMPLES
         with np.errstate(invalid="ignore", divide="ignore"):
             means = self.height_parts[:, row] / self.height_parts[:, 0]
-        return _half_widths(means)[enough]
+        return half_widths(means)[enough]
 
     def coarse_profile(self, row: int, resting: bool = True) -> "Profile":
         """Mean omega_3 (row 1) or u_p (row 2) over slices of 0.1 D, of all grains or of those that do not
@@ -117,7 +118,7 @@ class Transport:
         sums = sums.reshape(PARTS, 3, -1, COARSE).sum(axis=3)
         samples = sums[:, 0].sum(axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):
-            half = _half_widths(sums[:, row] / sums[:, 0])
+            half = half_widths(sums[:, row] / sums[:, 0])
         kept = (samples >= FEWEST_SAMPLES) & np.isfinite(half)
         mean = sums[:, row].sum(axis=0)[kept] / samples[kept]
         return Profile(_centres(self.heights[::COARSE])[kept], mean, half[kept], samples[kept])
@@ -127,7 +128,7 @@ class Transport:
         than half a bin."""
         y = _centres(self.heights)
         parts = [_quantile(y, counts, share) for counts in self.height_parts[:, 0]]
-        half = float(_half_widths(np.array(parts)[:, None])[0])
+        half = half_width_of(parts)
         return _quantile(y, self.by_height[0], share), max(half, 0.5 * (y[1] - y[0]))
 
     def _by_part(self, rows: np.ndarray, *weights: np.ndarray) -> list[np.ndarray]:
@@ -163,7 +164,7 @@ class Transport:
         edges = {"height": self.heights, "spin": SPIN_EDGES, "velocity": VELOCITY_EDGES}[name]
         with np.errstate(invalid="ignore", divide="ignore"):
             densities = counts / (total * np.diff(edges))
-        return _half_widths(np.stack([smooth(d, width) for d in densities]))
+        return half_widths(np.stack([smooth(d, width) for d in densities]))
 
     def mean_spin(self, state: int) -> tuple[float, float]:
         """Mean |omega_3| in a state and the half width of its interval; nan where there is none."""
@@ -244,7 +245,7 @@ def _mean_and_interval(values: np.ndarray, counts: np.ndarray) -> tuple[float, f
     with np.errstate(invalid="ignore", divide="ignore"):
         means = (values * counts).sum(axis=1) / counts.sum(axis=1)
     mean = float((values * counts.sum(axis=0)).sum() / total) if total else float("nan")
-    return mean, float(_half_widths(means[:, None])[0])
+    return mean, half_width_of(means)
 
 
 def _empty(edges: np.ndarray) -> np.ndarray:
@@ -254,17 +255,6 @@ def _empty(edges: np.ndarray) -> np.ndarray:
 def smooth(values: np.ndarray, width: int) -> np.ndarray:
     """Running mean over `width` bins: histograms of a short record are ragged."""
     return np.convolve(values, np.full(width, 1.0 / width), mode="same") if width > 1 else values
-
-
-def _half_widths(values: np.ndarray) -> np.ndarray:
-    """t_{0.975, n-1} s/sqrt(n) over the first axis, of the n values that are numbers; nan below three."""
-    count = np.isfinite(values).sum(axis=0)
-    enough = count >= 3
-    found = np.full(values.shape[1:], np.nan)
-    deviation = np.nanstd(values[:, enough], axis=0, ddof=1)
-    n = count[enough]
-    found[enough] = student.ppf(0.975, n - 1) * deviation / np.sqrt(n)
-    return found
 
 
 def _centres(edges: np.ndarray) -> np.ndarray:
@@ -316,7 +306,7 @@ class _Counter:
             getattr(r, name).append(values.mean(axis=1))
         r.share.append(np.stack([(state == s).mean(axis=1) for s in range(len(NAMES))], axis=1))
         speed = np.linalg.norm(part.velocity, axis=2) / self._velocity
-        r.moving.append((speed > RESTING_VELOCITY).mean(axis=1))
+        r.moving.append((speed > RESTING_SPEED).mean(axis=1))
 
         through = (part.time - self._first) / self._length
         of_part = np.clip((PARTS * through).astype(np.intp), 0, PARTS - 1)
@@ -384,7 +374,7 @@ def creeping_slip(phases: Phases, diameter: float, edges: np.ndarray) -> tuple[n
     return (
         np.array([length[place == b].mean() for b in kept]),
         np.array([bins[b].mean() for b in kept]),
-        np.array([_half_widths(bins[b][:, None])[0] for b in kept]),
+        np.array([half_width_of(bins[b]) for b in kept]),
     )
 
 

@@ -23,10 +23,10 @@ from bedload_launcher.memory import MemoryWatch
 from bedload_launcher.words import last_sentence
 from bedload_post.batches import Estimate, estimate_over_time
 from bedload_post.outputs import MissingOutput, Run
+from bedload_post.states import RESTING_SPEED
 
 from .earlier_run import EarlierRun
 
-MOVING = 0.01  # of u_b: slower grains rest, as in states.py
 FEWEST = 4  # values of a series that has a mean
 LEAST_SECONDS, MOST_REPEATS = 3.0, 6  # a run is repeated until it has cost that much in all
 SPREAD = 0.03  # of a cost, below which it is a number
@@ -66,7 +66,7 @@ def grain_series(run: Run) -> dict[str, Series]:
         instants, rows = np.unique(block.time, return_inverse=True)
         speed = np.linalg.norm(block.velocity, axis=1)
         columns = (np.ones(len(block)), block.velocity[:, 0] / scale, block.position[:, 1] / run.diameter,
-                   (speed > MOVING * scale).astype(float), speed / scale)  # fmt: skip
+                   (speed > RESTING_SPEED * scale).astype(float), speed / scale)  # fmt: skip
         sums = np.stack([np.bincount(rows, weights=c) for c in columns], axis=1)
         highest = np.zeros(len(instants))
         np.maximum.at(highest, rows, speed / scale)

@@ -22,7 +22,7 @@ from bedload_post.frames import frames
 from bedload_post.incipient_motion import Point
 from bedload_post.model_figures import MODELS
 from bedload_post.outputs import MissingOutput, Run, UnknownContacts
-from bedload_post.states import RESTING
+from bedload_post.states import RESTING, RESTING_SPEED
 from bedload_post.transport import measure
 
 from . import made_by, models
@@ -30,7 +30,6 @@ from .kept_numbers import refuse_others
 from .threshold_report import Experiment, rewrite, write
 
 SHIELDS = (0.01, 0.017, 0.024, 0.033, 0.045, 0.06, 0.085, 0.12)
-MOVING = 0.01  # of u_b: slower counts as rest (Vowinckel, Kempe & Froehlich)
 
 
 @dataclass(frozen=True)
@@ -146,7 +145,7 @@ def point_of(run: Run, model: str, shields: float, since: float) -> Point:
     for part in frames(run.sample_blocks(since=since)):
         speed = np.linalg.norm(part.velocity, axis=-1)
         time.append(part.time)
-        share.append((speed > MOVING * run.bulk_velocity).mean(axis=1))
+        share.append((speed > RESTING_SPEED * run.bulk_velocity).mean(axis=1))
         count.append(np.full(len(part.time), speed.shape[1]))
         flux.append(motion.flux_of(part.velocity[..., 0], part.radius, area))
     weight = run.submerged_weight / run.value("fluid.density")

@@ -255,15 +255,10 @@ def flux_over_fluid(run: Run, s: FlowStatistics) -> Estimate:
     return estimate(values[time >= run.value("statistics.from")] / fluxes(s)[0])
 
 
-def told_apart(one: Estimate, other: Estimate) -> bool:
-    """Whether the difference of two independent means is larger than its 95 % interval."""
-    return abs(one.mean - other.mean) > float(np.hypot(one.half_width, other.half_width))
-
-
 def sentences_of(found: dict[str, Estimate], base: str = SHALLOW) -> list[str]:
     """Which choices change the flux, and which cannot be told apart from that of `base`."""
     others = [name for name in found if name != base]
-    apart = [name for name in others if told_apart(found[name], found[base])]
+    apart = [name for name in others if found[name].is_apart_from(found[base])]
     alike = [name for name in others if name not in apart]
     return [
         f"The grains' flux {what} that of the {base} with: {', '.join(names)}."
