@@ -151,23 +151,7 @@ def study(options: argparse.Namespace) -> int:
     )  # fmt: skip
 
 
-def parser() -> tuple[Parser, dict[str, Parser]]:
-    """The parser and its subcommands by name."""
-    top = Parser(
-        prog="bedload",
-        description="Grains on the bed of a turbulent open channel: installs what is missing, "
-        "builds, and then does one of these.",
-        epilog="Begin with `./bedload run`; README.md shows the way to a scene of one's own, "
-        "inputs/KEYS.md all that a scene's fluid.toml may say.",
-    )
-    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
-
-    def command(name: str, action, sentence: str) -> Parser:
-        sub = commands.add_parser(name, help=sentence, description=sentence, allow_abbrev=False)
-        sub.set_defaults(action=action)
-        return sub
-
-    sub = command("run", run, "run a scene and show the result")
+def add_run_options(sub: Parser) -> None:
     sub.add_argument(
         "scene", nargs="?", metavar="SCENE",
         help=f"a name from `bedload scenes`, or a folder with a fluid.toml (default: {DEFAULT}, with "
@@ -206,13 +190,34 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
     )  # fmt: skip
     sub.add_argument("--no-pictures", action="store_true", help="numbers only at the end")
 
-    sub = command("estimate", estimate, "say what a scene needs in memory and time before it is run")
+
+def add_estimate_options(sub: Parser) -> None:
     sub.add_argument("scene", nargs="?", default=DEFAULT, metavar="SCENE", help="as for run")
     sub.add_argument("--model", help="as for run")
     sub.add_argument("--accuracy", metavar="PRESET", help="as for run")
     sub.add_argument("--ranks", metavar="FLUID:DEM", help="as for run")
     sub.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="as for run")
     sub.add_argument("--var", action="append", default=[], metavar="NAME=VALUE", help="as for run")
+
+
+def parser() -> tuple[Parser, dict[str, Parser]]:
+    """The parser and its subcommands by name."""
+    top = Parser(
+        prog="bedload",
+        description="Grains on the bed of a turbulent open channel: installs what is missing, "
+        "builds, and then does one of these.",
+        epilog="Begin with `./bedload run`; README.md shows the way to a scene of one's own, "
+        "inputs/KEYS.md all that a scene's fluid.toml may say.",
+    )
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    def command(name: str, action, sentence: str) -> Parser:
+        sub = commands.add_parser(name, help=sentence, description=sentence, allow_abbrev=False)
+        sub.set_defaults(action=action)
+        return sub
+
+    add_run_options(command("run", run, "run a scene and show the result"))
+    add_estimate_options(command("estimate", estimate, "say what a scene needs in memory and time before it is run"))
 
     sub = command("show", show, "make pictures, numbers and report of a run's output folder again")
     sub.add_argument(

@@ -193,7 +193,7 @@ def sections(
         paper.opening(found) + (sentences.caution(values) if found else ""),
         [text for text in told if text],
         [*sentences.collision_lines(names, values), *sentences.neighbour_lines(names, values)],
-        [["", *names], *number_rows(values, comparison.with_paper)],
+        [["", *names], *number_rows(values)],
         statement_rows(found),
         experiment_lines(comparison, values),
         trend_rows(values, beside, comparison.with_paper),

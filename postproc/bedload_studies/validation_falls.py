@@ -1,6 +1,7 @@
 """Validation cases of spheres that settle, rise or fall. No study of its own."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from bedload_post.outputs import Run
@@ -309,68 +310,96 @@ def box(runner: Runner) -> Result:
         "liquid, so that no computation can be right and meet it. A viscosity 5.5 % below the stated one would. "
         "The first measured points of E1 lie some 40 ms behind a release from rest at t = 0."
     )
-    for case, density, viscosity, end, u_max in (
-        ("E1", 970.0, 0.373, 4.2, 0.0363), ("E4", 960.0, 0.058, 1.35, 0.1226),
-    ):  # fmt: skip
-        measured = reference_rows("ten_cate_2002.csv", case)
-        way = -float(np.trapz(np.append(0.0, measured[:, 1]), np.append(0.0, measured[:, 0])))
-        result.rows.append(Row(f"{case}: way that the measured velocities add up to / m", way, 0.12,
-                               source="release height"))  # fmt: skip
-        result.curves.append(Curve(f"{case} measured", *thin(measured[:, 0], measured[:, 1]), True))
-
-        def fall(label: str, cells: int, nu: float, gap: float, end: float = end) -> tuple[np.ndarray, np.ndarray]:
-            """Time and velocity of the sphere; the gap is the release height."""
-            h = 0.1 / cells
-            run = runner("box", label, {
-                "grid.cells": [cells, 8 * cells // 5, cells], "fluid.density": density,
-                "fluid.kinematic_viscosity": nu,
-                "time.step": min(0.19 * h * h / nu, 0.25 * h / u_max), "time.end": end,
-                "reference.velocity": u_max,
-            }, {"gap": gap} if gap != 0.12 else {})  # fmt: skip
-            motion = run.samples_of(1)
-            return motion.time, motion.velocity[:, 1]
-
-        for cells, gap, bound in ((50, 0.12, None), (60, 0.12, 0.03), (50, way, 0.03)):
-            high = f", released at {1e3 * gap:.1f} mm" if gap != 0.12 else ""
-            label = f"box-{case}-{cells}" + ("-higher" if high else "")
-            time, u = fall(label, cells, viscosity / density, gap)
-            off = np.interp(measured[:, 0], time, u) - measured[:, 1]
-            case_name = f"D/h = {0.15 * cells:.1f}{high}"
-            result.curves.append(Curve(f"{case}, {case_name}", *thin(time, u)))
-            if not high:
-                result.rows.append(Row(f"{case}: largest speed, {case_name}", float(-u.min()),
-                                       float(-measured[:, 1].min()), bound,
-                                       source="ten Cate et al. 2002"))  # fmt: skip
-            # Up to where the measured sphere begins to stop, and all of it.
-            fastest = int(np.argmin(measured[:, 1]))
-            for part, name in ((slice(0, fastest + 1), "until the largest speed"),
-                               (slice(None), "to the stop")):  # fmt: skip
-                worst = int(np.argmax(np.abs(off[part])))
-                rms = 100 * float(np.sqrt(np.mean(off[part] ** 2))) / u_max
-                result.rows.append(Row(
-                    f"{case}: furthest from the measured series {name} (t = {measured[worst, 0]:.3f} s; "
-                    f"rms {rms:.1f} %), {case_name}", float(measured[worst, 1] + off[worst]),
-                    float(measured[worst, 1]), bound, scale=u_max, source="error over u_max"))  # fmt: skip
-            if high:
-                late, off = _shifted(measured, time, u)
-                worst = int(np.argmax(np.abs(off)))
-                rms = 100 * float(np.sqrt(np.mean(off**2))) / u_max
-                result.rows.append(Row(
-                    f"{case}: the same, clock set {1e3 * late:.0f} ms later (t = {measured[worst, 0]:.3f} s; "
-                    f"rms {rms:.1f} %)", float(measured[worst, 1] + off[worst]), float(measured[worst, 1]),
-                    scale=u_max, source="error over u_max"))  # fmt: skip
-        if case == "E1":
-            creeping = fall("box-E1-50-creeping", 50, 10.0 * viscosity / density, 0.0725, 1.0)[1]
-            stokes = (1120.0 - density) * 9.81 * 0.015**2 / (18.0 * viscosity)
-            result.rows.append(Row(
-                "E1: ten times the speed in ten times the viscosity, where inertia is nothing, D/h = 7.5",
-                float(-10.0 * creeping.min()), stokes / square_duct_drag(0.15), 0.02,
-                source="Happel & Brenner 1983, square duct"))  # fmt: skip
-            thinner = fall("box-E1-50-thinner", 50, 0.945 * viscosity / density, way)[1]
-            result.rows.append(Row(
-                "E1: largest speed, D/h = 7.5, with 5.5 % less viscosity", float(-thinner.min()),
-                float(-measured[:, 1].min()), source="ten Cate et al. 2002"))  # fmt: skip
+    for case in (BoxCase("E1", 970.0, 0.373, 4.2, 0.0363), BoxCase("E4", 960.0, 0.058, 1.35, 0.1226)):
+        _measured_fall(runner, result, case)
+        if case.name == "E1":
+            _slow_and_thin(runner, result, case)
     return result
+
+
+@dataclass(frozen=True)
+class BoxCase:
+    """One of ten Cate's experiments, in SI units."""
+
+    name: str
+    density: float
+    viscosity: float  # dynamic
+    end: float
+    u_max: float
+
+    def measured(self) -> np.ndarray:
+        """(n, 2): time and velocity."""
+        return reference_rows("ten_cate_2002.csv", self.name)
+
+    def way(self) -> float:
+        """What the measured velocities add up to."""
+        time, velocity = (np.append(0.0, column) for column in self.measured().T[:2])
+        return -float(np.trapz(velocity, time))
+
+    def fall(
+        self, runner: Runner, label: str, cells: int, nu: float, gap: float, end: float | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Time and velocity of the sphere; the gap is the release height."""
+        h = 0.1 / cells
+        run = runner("box", label, {
+            "grid.cells": [cells, 8 * cells // 5, cells], "fluid.density": self.density,
+            "fluid.kinematic_viscosity": nu,
+            "time.step": min(0.19 * h * h / nu, 0.25 * h / self.u_max), "time.end": end or self.end,
+            "reference.velocity": self.u_max,
+        }, {"gap": gap} if gap != 0.12 else {})  # fmt: skip
+        motion = run.samples_of(1)
+        return motion.time, motion.velocity[:, 1]
+
+
+def _measured_fall(runner: Runner, result: Result, case: BoxCase) -> None:
+    """The computed falls beside the measured one, from both release heights."""
+    measured, way = case.measured(), case.way()
+    result.rows.append(Row(f"{case.name}: way that the measured velocities add up to / m", way, 0.12,
+                           source="release height"))  # fmt: skip
+    result.curves.append(Curve(f"{case.name} measured", *thin(measured[:, 0], measured[:, 1]), True))
+    for cells, gap, bound in ((50, 0.12, None), (60, 0.12, 0.03), (50, way, 0.03)):
+        high = f", released at {1e3 * gap:.1f} mm" if gap != 0.12 else ""
+        label = f"box-{case.name}-{cells}" + ("-higher" if high else "")
+        time, u = case.fall(runner, label, cells, case.viscosity / case.density, gap)
+        off = np.interp(measured[:, 0], time, u) - measured[:, 1]
+        case_name = f"D/h = {0.15 * cells:.1f}{high}"
+        result.curves.append(Curve(f"{case.name}, {case_name}", *thin(time, u)))
+        if not high:
+            result.rows.append(Row(f"{case.name}: largest speed, {case_name}", float(-u.min()),
+                                   float(-measured[:, 1].min()), bound,
+                                   source="ten Cate et al. 2002"))  # fmt: skip
+        # Up to where the measured sphere begins to stop, and all of it.
+        fastest = int(np.argmin(measured[:, 1]))
+        for part, name in ((slice(0, fastest + 1), "until the largest speed"),
+                           (slice(None), "to the stop")):  # fmt: skip
+            worst = int(np.argmax(np.abs(off[part])))
+            rms = 100 * float(np.sqrt(np.mean(off[part] ** 2))) / case.u_max
+            result.rows.append(Row(
+                f"{case.name}: furthest from the measured series {name} (t = {measured[worst, 0]:.3f} s; "
+                f"rms {rms:.1f} %), {case_name}", float(measured[worst, 1] + off[worst]),
+                float(measured[worst, 1]), bound, scale=case.u_max, source="error over u_max"))  # fmt: skip
+        if high:
+            late, off = _shifted(measured, time, u)
+            worst = int(np.argmax(np.abs(off)))
+            rms = 100 * float(np.sqrt(np.mean(off**2))) / case.u_max
+            result.rows.append(Row(
+                f"{case.name}: the same, clock set {1e3 * late:.0f} ms later (t = {measured[worst, 0]:.3f} s; "
+                f"rms {rms:.1f} %)", float(measured[worst, 1] + off[worst]), float(measured[worst, 1]),
+                scale=case.u_max, source="error over u_max"))  # fmt: skip
+
+
+def _slow_and_thin(runner: Runner, result: Result, case: BoxCase) -> None:
+    """What separates the measured speed of E1 from a fall without inertia, and how much less viscosity gives it."""
+    creeping = case.fall(runner, "box-E1-50-creeping", 50, 10.0 * case.viscosity / case.density, 0.0725, 1.0)[1]
+    stokes = (1120.0 - case.density) * 9.81 * 0.015**2 / (18.0 * case.viscosity)
+    result.rows.append(Row(
+        "E1: ten times the speed in ten times the viscosity, where inertia is nothing, D/h = 7.5",
+        float(-10.0 * creeping.min()), stokes / square_duct_drag(0.15), 0.02,
+        source="Happel & Brenner 1983, square duct"))  # fmt: skip
+    thinner = case.fall(runner, "box-E1-50-thinner", 50, 0.945 * case.viscosity / case.density, case.way())[1]
+    result.rows.append(Row(
+        "E1: largest speed, D/h = 7.5, with 5.5 % less viscosity", float(-thinner.min()),
+        float(-case.measured()[:, 1].min()), source="ten Cate et al. 2002"))  # fmt: skip
 
 
 def _shifted(measured: np.ndarray, time: np.ndarray, u: np.ndarray) -> tuple[float, np.ndarray]:

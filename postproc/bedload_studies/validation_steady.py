@@ -323,9 +323,22 @@ def film(runner: Runner) -> Result:
         "the bound is on what is left of the exact force then. The images in the periodic box make the forces on "
         "two spheres too high by as much as at 3 h, which is taken off."
     )
-    # The exponentials are fits to these forces: what they leave is 1.4 % at walls and 3 % between spheres, whose
-    # images are known to as much.
-    bound = 0.03
+    for part in (_film_at_wall, _film_of_two, _film_in_other_steps, _film_in_implicit_steps, _film_at_touch):
+        part(runner, result)
+    across = np.linspace(0.05, 3.0, 60)
+    for who in ("wall", "pair"):
+        result.curves.append(Curve(f"fix lubrication, {who}", across.tolist(),
+                                   [_unresolved(who, cells) for cells in across]))  # fmt: skip
+    return result
+
+
+# The exponentials are fits to these forces: what they leave is 1.4 % at walls and 3 % between spheres, whose images are
+# known to as much.
+FILM_BOUND = 0.03
+
+
+def _film_at_wall(runner: Runner, result: Result) -> None:
+    """A sphere that approaches a wall, over the gap."""
     for n, gaps in ((8, (0.1, 0.15, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0)), (12, (0.1, 0.3, 0.6, 1.0, 2.0))):
         shares = []
         for gap in gaps:  # in cells; R = n/2 cells
@@ -334,8 +347,12 @@ def film(runner: Runner) -> Result:
             shares.append((exact - found) / leading)
             added = leading * _unresolved("wall", gap) if gap <= 2.0 else 0.0
             what = f"wall, gap {gap} h, D/h = {n}: resolved ({found:.2f}) and added ({added:.2f}) force"
-            result.rows.append(Row(what, found + added, exact, bound, source="Brenner 1961"))
+            result.rows.append(Row(what, found + added, exact, FILM_BOUND, source="Brenner 1961"))
         result.curves.append(Curve(f"missing at a wall, D/h = {n}", gaps, shares, points=True))
+
+
+def _film_of_two(runner: Runner, result: Result) -> None:
+    """Two spheres that approach each other, over the gap, along the grid and across it; and where they touch."""
     for n, name, direction, gaps in (
         (8, "along x", (1, 0, 0), (0.1, 0.3, 0.6, 1.0, 3.0)),
         (8, "along (1, 1, 1)", (1, 1, 1), (0.1, 0.3, 0.6, 1.0, 3.0)),
@@ -357,6 +374,10 @@ def film(runner: Runner) -> Result:
             what = f"two spheres {name}, gap {gap} h, D/h = {n}: resolved ({found:.2f}) and added ({added:.2f}) force"
             result.rows.append(Row(what, found + added, exact, 0.05, source="Brenner 1961"))
         result.curves.append(Curve(f"missing of two, {name}, D/h = {n}", gaps[:-1], shares, points=True))
+
+
+def _film_in_other_steps(runner: Runner, result: Result) -> None:
+    """The same with other steps and forcing loops, at a gap of 0.3 h."""
     exact, leading = _approaching(0.075), 20.0 / 3.0
     for name, step, loops in (("four times the step", 4.0, 1), ("a quarter of the step", 0.25, 1),
                               ("a sixteenth of the step", 0.0625, 1), ("two loops", 1.0, 2),
@@ -372,8 +393,12 @@ def film(runner: Runner) -> Result:
         found = _squeezed(runner, 8, 0.3, step * OF_FILMS, loops)
         added = 2.0 * leading * _unresolved("wall", 0.3, shorter)
         what = f"wall, gap 0.3 h, D/h = 8, {name}: resolved ({found:.2f}) and added ({added:.2f}) force"
-        result.rows.append(Row(what, found + added, _brenner(0.075), bound, source="Brenner 1961"))
-    # Implicit diffusion: what the grid resolves grows from step to step; within 9 % after 40 steps.
+        result.rows.append(Row(what, found + added, _brenner(0.075), FILM_BOUND, source="Brenner 1961"))
+
+
+def _film_in_implicit_steps(runner: Runner, result: Result) -> None:
+    """Implicit diffusion: what the grid resolves grows from step to step; within 9 % after 40 steps."""
+    exact, leading = _approaching(0.075), 20.0 / 3.0
     for number in (1.0, 2.0, 4.0, 7.2):
         step = number / DIFFUSION
         found, images = (_squeezed_pair(runner, 8, gap, (1, 0, 0), "x", step) for gap in (0.3, 3.0))
@@ -385,18 +410,16 @@ def film(runner: Runner) -> Result:
         found, added = _squeezed(runner, 8, 0.3, step), 2.0 * leading * _unresolved("wall", 0.3, _of_approach(step))
         result.rows.append(Row(f"wall, {after}: resolved ({found:.2f}) and added ({added:.2f}) force",
                                found + added, _brenner(0.075), 0.05, source="Brenner 1961"))  # fmt: skip
-    # In a stretched collision, in which the fluid sees the spheres where they only touch: of the force all is the
-    # film's but what hardly changes with the gap, the difference of Brenner's to the leading term at h/10.
+
+
+def _film_at_touch(runner: Runner, result: Result) -> None:
+    """In a stretched collision, in which the fluid sees the spheres where they only touch: of the force all is the
+    film's but what hardly changes with the gap, the difference of Brenner's to the leading term at h/10."""
     for n in (8, 12):
         rest = _brenner(0.2 / n) - 5.0 * n
         result.rows.append(Row(f"wall, at the touch, D/h = {n}: film that the grid resolves, times h",
                                (_squeezed(runner, n, 0.0) - rest) * 2.0 / n, _resolved_at_touch("wall"), 0.1,
                                source=AT_TOUCH))  # fmt: skip
-    across = np.linspace(0.05, 3.0, 60)
-    for who in ("wall", "pair"):
-        result.curves.append(Curve(f"fix lubrication, {who}", across.tolist(),
-                                   [_unresolved(who, cells) for cells in across]))  # fmt: skip
-    return result
 
 
 CASES = {
