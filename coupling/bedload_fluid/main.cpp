@@ -178,23 +178,65 @@ std::vector<SphereState> share_out(FluidSide& partner, const PartnerScene& dem,
   return near;
 }
 
+/// Where the box is divided, the spheres near this rank's part of it, and how many there are in
+/// all.
+struct NearSpheres {
+  Cuts cuts;
+  std::vector<SphereState> spheres;
+  SphereNumbers numbers;
+};
+
+/// Those of the partner, or of the scene where there is none. Collective.
+NearSpheres near_spheres(FluidSide* partner, const PartnerScene* dem, const Settings& settings,
+                         const Job& job, const Resumption* from) {
+  NearSpheres near;
+  if (from) near.cuts = from->cuts(job.size(), settings);
+  if (dem) {
+    near.spheres = share_out(*partner, *dem, settings, job, near.cuts);
+    near.numbers = {.fixed = dem->scene_info.fixed, .mobile = dem->scene_info.mobile};
+    return near;
+  }
+  near.spheres = spheres_of(settings);
+  near.numbers.fixed = static_cast<std::int64_t>(near.spheres.size());
+  if (from) check_fixed_spheres(*from, near.spheres);
+  return near;
+}
+
+/// What the time loop leaves.
+struct Advanced {
+  std::int64_t steps = 0;
+  std::string time_line;                 ///< of the last step
+  std::optional<std::string> cut_short;  ///< why it ended before its time
+};
+
+/// `left` steps, or as many as it takes to time.end where time.cfl makes them.
+template <class Real>
+Advanced advance(Simulation<Real>& simulation, RunOutput<Real>& output,
+                 Checkpoints<Real>& checkpoints, const FluidOptions& options, std::int64_t left) {
+  Advanced made;
+  const std::int64_t most = options.steps;
+  while (left > 0 && !made.cut_short) {
+    const bool last = left == 1;
+    const double began = clock_seconds();
+    if (made.steps == options.warm_up) simulation.timing().restart();
+    if (last) simulation.timing().record_step();
+    simulation.make_step(last);
+    if (last) made.time_line = time_line(simulation, simulation.timing().stop_recording(), began);
+    output.after_step();
+    ++made.steps;
+    left = last ? 0 : count_steps(simulation.channel(), most < 0 ? most : most - made.steps);
+    made.cut_short = checkpoints.after_step();
+  }
+  return made;
+}
+
 template <class Real>
 int simulate(Job& job, const FluidOptions& options, const Settings& settings, FluidSide* partner,
              const PartnerScene* dem, Resumption* from) {
   if (from) learn_transforms(*from);
-  Cuts cuts = from ? from->cuts(job.size(), settings) : Cuts{};
-  std::vector<SphereState> spheres;
-  SphereNumbers numbers;
-  if (dem) {
-    spheres = share_out(*partner, *dem, settings, job, cuts);
-    numbers = {.fixed = dem->scene_info.fixed, .mobile = dem->scene_info.mobile};
-  } else {
-    spheres = spheres_of(settings);
-    numbers.fixed = static_cast<std::int64_t>(spheres.size());
-    if (from) check_fixed_spheres(*from, spheres);
-  }
-  Simulation<Real> simulation(settings, job.own(), partner, spheres, cuts);
-  spheres = {};
+  NearSpheres near = near_spheres(partner, dem, settings, job, from);
+  Simulation<Real> simulation(settings, job.own(), partner, near.spheres, near.cuts);
+  near.spheres = {};
   if (from) {
     restore_flow(*from, simulation.channel());
     simulation.resume();
@@ -202,7 +244,7 @@ int simulate(Job& job, const FluidOptions& options, const Settings& settings, Fl
     start_from_state(simulation.channel());
   }
   const std::int64_t most = options.steps;
-  std::int64_t left = count_steps(simulation.channel(), most);
+  const std::int64_t left = count_steps(simulation.channel(), most);
   if (from && left == 0 && most != 0 && job.rank() == 0)
     fmt::print(
         stderr,
@@ -218,41 +260,72 @@ int simulate(Job& job, const FluidOptions& options, const Settings& settings, Fl
   RunOutput<Real> output(
       options.out, simulation,
       countable ? std::optional(simulation.channel().step() + left) : std::nullopt,
-      effects_of(settings, numbers, dem), kept ? &*kept : nullptr, kept_until);
+      effects_of(settings, near.numbers, dem), kept ? &*kept : nullptr, kept_until);
   Checkpoints<Real> checkpoints(options.out, simulation, output, partner, from, kept_until);
   if (from) from->state.reset();
-  std::string line;
-  std::optional<std::string> cut_short;
-  std::int64_t made = 0;
-  while (left > 0 && !cut_short) {
-    const bool last = left == 1;
-    const double began = clock_seconds();
-    if (made == options.warm_up) simulation.timing().restart();
-    if (last) simulation.timing().record_step();
-    simulation.make_step(last);
-    if (last) line = time_line(simulation, simulation.timing().stop_recording(), began);
-    output.after_step();
-    ++made;
-    left = last ? 0 : count_steps(simulation.channel(), most < 0 ? most : most - made);
-    cut_short = checkpoints.after_step();
-  }
-  if (made <= options.warm_up && options.warm_up > 0 && job.rank() == 0)
+  const Advanced made = advance(simulation, output, checkpoints, options, left);
+  if (made.steps <= options.warm_up && options.warm_up > 0 && job.rank() == 0)
     fmt::print(
         stderr,
         "\nbedload-fluid: NOTE: --warm-up {} is not less than the {} steps made: the table of "
         "times holds them all.\n",
-        options.warm_up, made);
+        options.warm_up, made.steps);
   checkpoints.write();
   end_in_good_order();
   if (partner) partner->stop();
-  output.finish(line, checkpoints.last().fluid(), options.bandwidth);
-  if (!cut_short) return 0;
+  output.finish(made.time_line, checkpoints.last().fluid(), options.bandwidth);
+  if (!made.cut_short) return 0;
   if (job.rank() == 0)
     fmt::print(stderr,
                "\nbedload-fluid: ended after step {} (t = {:.6g}): {}; go on with --restart {}\n",
-               simulation.channel().step(), simulation.channel().time(), *cut_short,
+               simulation.channel().step(), simulation.channel().time(), *made.cut_short,
                checkpoints.last().folder);
   return ended_early;
+}
+
+/// --compact-state: a state for start.file in place of a run.
+void compact(const FluidOptions& options, const Job& job) {
+  if (!job.alone()) throw UserError("--compact-state is for bedload-fluid alone.");
+  const std::string& target = options.compact[1];
+  on_first_rank(job.own(), [&] {
+    std::error_code error;
+    if (std::filesystem::exists(target, error))
+      throw UserError(
+          fmt::format("--compact-state: {} is there already; name another file.", target));
+  });
+  write_compact_state(options.compact[0], target, job.own());
+}
+
+/// The scene's settings with those of the line, or of the run that goes on; refused where they do
+/// not fit each other, the machine, the partner or that run.
+Settings checked_settings(const FluidOptions& options, const Resumption* from, const Job& job) {
+  const Settings settings =
+      read_settings(options.file, from ? from->overrides(options.settings) : options.settings);
+  validate(settings);
+  check_memory(settings, job);
+  if (job.alone()) check_partner(settings, options);
+  if (!job.alone() && options.without_grains)
+    throw UserError(
+        "--without-grains asks for the flow alone, but bedload-dem is in the job; leave out one of "
+        "them.");
+  if (from) {
+    check_scene(*from, settings);
+    if (job.rank() == 0)
+      for (const std::string& sentence : differences(*from, settings, options.settings))
+        fmt::print(stderr, "bedload-fluid: restart: {}.\n", sentence);
+  }
+  return settings;
+}
+
+/// Tells the partner of the scene and hears of its spheres.
+PartnerScene meet(FluidSide& partner, const Settings& settings, const Resumption* from) {
+  if (!settings.spheres.file.empty())
+    throw UserError(fmt::format(
+        "{}: 'spheres.file' is \"{}\", but with bedload-dem in the job the spheres come from its "
+        "script; remove the key or start bedload-fluid alone.",
+        settings.file, settings.spheres.file));
+  partner.introduce(scene_info_of(settings, from), from ? from->place.grains() : std::string());
+  return partner.meet();
 }
 
 int run(Job& job, int argc, char** argv) {
@@ -262,15 +335,7 @@ int run(Job& job, int argc, char** argv) {
     return 0;
   }
   if (!options->compact.empty()) {
-    if (!job.alone()) throw UserError("--compact-state is for bedload-fluid alone.");
-    const std::string& target = options->compact[1];
-    on_first_rank(job.own(), [&] {
-      std::error_code error;
-      if (std::filesystem::exists(target, error))
-        throw UserError(
-            fmt::format("--compact-state: {} is there already; name another file.", target));
-    });
-    write_compact_state(options->compact[0], target, job.own());
+    compact(*options, job);
     return 0;
   }
   listen_to_signals();
@@ -282,22 +347,8 @@ int run(Job& job, int argc, char** argv) {
   });
   std::optional<Resumption> from;
   if (!options->restart.empty()) from = open_checkpoint(options->restart, !job.alone(), job.own());
-  const Settings settings =
-      read_settings(options->file, from ? from->overrides(options->settings) : options->settings);
-  validate(settings);
-  check_memory(settings, job);
-  if (job.alone()) check_partner(settings, *options);
-  if (!job.alone() && options->without_grains)
-    throw UserError(
-        "--without-grains asks for the flow alone, but bedload-dem is in the job; leave out one of "
-        "them.");
-  if (from) {
-    check_scene(*from, settings);
-    if (job.rank() == 0)
-      for (const std::string& sentence : differences(*from, settings, options->settings))
-        fmt::print(stderr, "bedload-fluid: restart: {}.\n", sentence);
-  }
   Resumption* const resumption = from ? &*from : nullptr;
+  const Settings settings = checked_settings(*options, resumption, job);
   // Before LIGGGHTS hears of the fluid: its script may write there as well.
   make_output_folder(options->out, job.own());
   on_first_rank(job.own(), [&] {
@@ -307,14 +358,8 @@ int run(Job& job, int argc, char** argv) {
   std::optional<FluidSide> partner;
   std::optional<PartnerScene> dem;
   if (!job.alone()) {
-    if (!settings.spheres.file.empty())
-      throw UserError(fmt::format(
-          "{}: 'spheres.file' is \"{}\", but with bedload-dem in the job the spheres come from its "
-          "script; remove the key or start bedload-fluid alone.",
-          settings.file, settings.spheres.file));
-    partner.emplace(job).introduce(scene_info_of(settings, resumption),
-                                   from ? from->place.grains() : std::string());
-    dem = partner->meet();
+    partner.emplace(job);
+    dem = meet(*partner, settings, resumption);
   }
   const auto start = settings.accuracy.precision == "single" ? simulate<float> : simulate<double>;
   return start(job, *options, settings, partner ? &*partner : nullptr, dem ? &*dem : nullptr,
