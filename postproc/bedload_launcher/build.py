@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TextIO
 
 from .errors import UserError
-from .machine import compile_jobs
+from .machine import compile_jobs, instruction_sets
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "build" / "release"
@@ -48,6 +48,32 @@ def _must_configure(folder: Path) -> bool:
         return True
     cache = (folder / "CMakeCache.txt").read_text(encoding="utf-8", errors="replace")
     return f"CMAKE_HOME_DIRECTORY:INTERNAL={ROOT}\n" not in cache
+
+
+PROCESSOR = "processor.txt"  # in a build folder: the instruction sets that its programs may use
+
+
+def missing_instructions(folder: Path) -> list[str]:
+    """Instruction sets of the processor for which `folder` was built that this one has not; none of programs for
+    all."""
+    file = folder / PROCESSOR
+    built_for = set(file.read_text(encoding="ascii").split()) if file.is_file() else set()
+    return sorted(built_for - instruction_sets())
+
+
+def _for_this_processor(folder: Path) -> None:
+    """Keeps for which processor `folder` is built, and empties it where that was another one: its programs would end
+    with SIGILL."""
+    if missing := missing_instructions(folder):
+        lacking = ", ".join(missing[:4]) + (", ..." if len(missing) > 4 else "")
+        print(f"bedload: built for another processor (with {lacking}); building anew", file=sys.stderr, flush=True)
+        subprocess.run(["ninja", "-C", str(folder), "-t", "clean"], stdout=subprocess.DEVNULL, check=False)
+        (folder / PROCESSOR).unlink()
+    cache = (folder / "CMakeCache.txt").read_text(encoding="utf-8", errors="replace")
+    native = "BEDLOAD_NATIVE:BOOL=OFF" not in cache
+    names = " ".join(sorted(instruction_sets())) if native else ""
+    if not (folder / PROCESSOR).is_file() or not native:
+        (folder / PROCESSOR).write_text(names + "\n", encoding="ascii")
 
 
 def _configure(folder: Path, *options: str) -> None:
@@ -112,6 +138,9 @@ def build(targets: Sequence[str] = ("all",), portable: bool = False, folder: Pat
     """
     folder = folder or FOLDER
     if not os.access(folder, os.W_OK) and all((folder / "bin" / target).is_file() for target in targets):
+        if missing := missing_instructions(folder):
+            raise UserError(f"{folder} may only be read and was built for another processor (with {missing[0]}, which "
+                            "this one has not); there, ./bedload build --portable.")  # fmt: skip
         return
     with one_at_a_time(folder):
         _build(folder, targets, portable)
@@ -120,6 +149,7 @@ def build(targets: Sequence[str] = ("all",), portable: bool = False, folder: Pat
 def _build(folder: Path, targets: Sequence[str], portable: bool) -> None:
     if portable or _must_configure(folder):
         _configure(folder, *(["-DBEDLOAD_NATIVE=OFF"] if portable else []))
+    _for_this_processor(folder)
     log = folder / "build.log"
     failed = _ninja(folder, targets, log)
     if failed and failed[0].startswith("FAILED: build.ninja"):

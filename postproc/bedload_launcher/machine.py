@@ -45,6 +45,21 @@ def available_memory() -> float:
     return available
 
 
+# Beginnings of the names of instruction sets that compilers use; the kernel's list names much else.
+COMPILED_FOR = ("sse", "ssse", "avx", "fma", "f16c", "bmi", "abm", "popcnt", "movbe", "adx", "aes", "vaes", "sha",
+                "gfni", "pclmul", "vpclmul", "amx", "asimd", "sve", "atomics", "crc32", "i8mm", "bf16")  # fmt: skip
+
+
+def instruction_sets() -> frozenset[str]:
+    """Those of the processor that a compiler uses for it alone, by the kernel's names; none where it does not say."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace").splitlines()
+    except OSError:
+        return frozenset()
+    names = next((line.partition(":")[2] for line in lines if line.startswith(("flags", "Features"))), "")
+    return frozenset(name for name in names.split() if name.startswith(COMPILED_FOR))
+
+
 def compile_jobs() -> int:
     """Compilers at a time: one per processor, no more than the memory holds."""
     return max(1, min(processors(), int(available_memory() / MEMORY_PER_COMPILER)))

@@ -899,6 +899,31 @@ def test_a_checkout_that_may_only_be_read_is_not_built(tmp_path, monkeypatch):
         build.build(["bedload-fluid", "bedload-dem"])
 
 
+def test_another_processor_builds_anew(tmp_path, monkeypatch, capsys):
+    """Where it lacks what the programs may use; programs for all and one that can do more stay as they are."""
+    commands = []
+    monkeypatch.setattr(build.subprocess, "run", lambda line, **_: commands.append(line))
+    monkeypatch.setattr(build, "_ninja", lambda *_: [])
+    monkeypatch.setattr(build, "_must_configure", lambda _: False)
+    cache, kept = tmp_path / "CMakeCache.txt", tmp_path / build.PROCESSOR
+    for native, sets, stays in (("ON", "avx2 fma", True), ("ON", "avx2 fma avx512f", True), ("ON", "avx2 sse2", False),
+                                ("ON", "sse2 avx2", True), ("OFF", "sse2", False), ("OFF", "", True)):  # fmt: skip
+        cache.write_text(f"BEDLOAD_NATIVE:BOOL={native}\n")
+        monkeypatch.setattr(build, "instruction_sets", lambda own=sets: frozenset(own.split()))
+        build.build(["bedload-fluid"], folder=tmp_path)
+        said = capsys.readouterr().err
+        assert ("built for another processor" in said, commands != []) == (not stays, not stays), (native, sets)
+        assert all(line == ["ninja", "-C", str(tmp_path), "-t", "clean"] for line in commands)
+        commands.clear()
+    assert kept.read_text() == "\n"
+    kept.write_text("avx512f fma\n")
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "bedload-fluid").touch()
+    monkeypatch.setattr(os, "access", lambda path, _: path != tmp_path)
+    with pytest.raises(UserError, match="may only be read and was built for another processor .with avx512f"):
+        build.build(["bedload-fluid"], folder=tmp_path)
+
+
 def test_only_one_command_builds_at_a_time(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(build, "FOLDER", tmp_path / "release")
     entered = threading.Event()
