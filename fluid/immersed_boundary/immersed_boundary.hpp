@@ -25,6 +25,7 @@
 #include "fluid/immersed_boundary/marker_sweep.hpp"
 #include "fluid/immersed_boundary/rigid_core.hpp"
 #include "fluid/immersed_boundary/sphere_memory.hpp"
+#include "fluid/immersed_boundary/surfaces_beside.hpp"
 #include "fluid/settings/settings.hpp"
 
 namespace bedload {
@@ -262,13 +263,7 @@ class ImmersedBoundary {
   double viscosity_;                                                         ///< kinematic
   double deferred_impulse_share_, deferred_angular_share_, pressure_share_;  ///< settings
   Vec3 gravity_;
-  struct End {
-    int direction;
-    double inwards;   ///< 1 at the lower end of the box, -1 at the upper one
-    double position;  ///< [L]
-    bool free_slip;   ///< else no-slip
-  };
-  std::vector<End> ends_;  ///< those that are not periodic
+  std::vector<BoxEnd> ends_;  ///< those that are not periodic
   Exchange exchange_;
   int most_loops_;
   bool interior_term_;  ///< in the loads of the mobile spheres

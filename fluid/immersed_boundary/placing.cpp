@@ -9,6 +9,7 @@
 #include "fluid/immersed_boundary/immersed_boundary.hpp"
 #include "fluid/immersed_boundary/marker_volume.hpp"
 #include "fluid/immersed_boundary/stopwatch.hpp"
+#include "fluid/immersed_boundary/surfaces_beside.hpp"
 
 // Where the spheres' markers are, and how much fluid each of them stands for.
 
@@ -25,44 +26,6 @@ static_assert(volume_beside_to <= shared_reach && shared_reach <= pore_to);
 constexpr double beside = std::max(2.0 * dispersion_reach, pore_to);
 
 constexpr std::array<std::size_t, 3> components{0, 1, 2};
-
-/// Distances of one sphere's markers, by offset, from the nearest two surfaces of others [L].
-struct Nearest {
-  std::vector<double> first, second;
-
-  void reset(std::size_t markers, double reach) {
-    first.assign(markers, reach);
-    second.assign(markers, reach);
-  }
-  /// A sphere of `radius`, seen from whose centre the markers lie at `way` + offset.
-  void take_sphere(const std::array<std::vector<double>, 3>& offsets, const Vec3& way,
-                   double radius) {
-    for (std::size_t m = 0; m < first.size(); ++m) {
-      const double x = way.x() + offsets[0][m], y = way.y() + offsets[1][m],
-                   z = way.z() + offsets[2][m];
-      take(m, std::sqrt(x * x + y * y + z * z) - radius);
-    }
-  }
-  /// A plane, over which the centre is at `height`; `inwards` is the sign of its normal along the
-  /// direction of the offsets.
-  void take_plane(const std::vector<double>& offsets, double height, double inwards) {
-    for (std::size_t m = 0; m < first.size(); ++m) take(m, height + inwards * offsets[m]);
-  }
-
- private:
-  void take(std::size_t m, double distance) {
-    second[m] = std::min(second[m], std::max(first[m], distance));
-    first[m] = std::min(first[m], distance);
-  }
-};
-
-/// Distances [L] of a mobile sphere's marker from the nearest surface, and from the next one where
-/// one of both can move: pores of fixed spheres and walls alone are none here, as films are
-/// measured there (README.md, "Surfaces in the same cells").
-std::array<double, 2> film_and_pore(const Nearest& mobile, const Nearest& fixed, std::size_t m) {
-  if (fixed.first[m] < mobile.first[m]) return {fixed.first[m], mobile.first[m]};
-  return {mobile.first[m], std::min(mobile.second[m], fixed.first[m])};
-}
 
 }  // namespace
 
@@ -390,14 +353,8 @@ void ImmersedBoundary<Real>::weigh_mobile() {
 /// at least can move, and of mobile spheres beside the box's ends (volume_beside()).
 template <class Real>
 void ImmersedBoundary<Real>::weaken_beside_others() {
-  const double reach = volume_beside_to * grid_.h, far = pore_to * grid_.h;
-  struct Other {
-    Vec3 way;  ///< from its centre
-    double radius;
-  };
-  std::vector<Other> others, bed;  // mobile and fixed spheres beside one
-  std::vector<const End*> planes;
-  Nearest movable, fixed;
+  const double far = pore_to * grid_.h;
+  SurfacesBeside surfaces(volume_beside_to * grid_.h, far);
   std::array<std::size_t, 3> next{};  // range of each list
   for (std::size_t place = 0; place < order_.size(); ++place) {
     const SphereState& sphere = mobile_[order_[place]].state;
@@ -407,48 +364,24 @@ void ImmersedBoundary<Real>::weaken_beside_others() {
       if (next[c] < of_list.size() && of_list[next[c]].sphere == static_cast<int>(order_[place]))
         ranges[c] = of_list[next[c]++];
     }
-    bool stands_back = false;
-    others.clear();
-    bed.clear();
-    planes.clear();
-    // `way` from the other's centre.
-    const auto meet = [&](std::vector<Other>& all, const Vec3& way, double radius) {
-      all.push_back({way, radius});
-      stands_back |= way.norm() < sphere.radius + radius + reach;
-    };
-    const auto height_over = [&](const End& end) {
-      return end.inwards * (sphere.position[end.direction] - end.position);
-    };
-    for (const End& end : ends_) {
-      const double height = height_over(end);
-      // A free-slip end is the plane of symmetry between a sphere and its image.
-      if (end.free_slip && 2.0 * height < 2.0 * sphere.radius + far)
-        meet(others, 2.0 * end.inwards * height * Vec3::Unit(end.direction), sphere.radius);
-      if (!end.free_slip && height < sphere.radius + far) {
-        planes.push_back(&end);
-        stands_back |= height < sphere.radius + reach;
-      }
-    }
+    surfaces.begin(sphere);
+    for (const BoxEnd& end : ends_) surfaces.add(end);
     each_image(grid_, Vec3::Zero(), 2.0 * sphere.radius + far, [&](const Vec3& way) {
-      if (way.norm() > 0.0) meet(others, way, sphere.radius);
+      if (way.norm() > 0.0) surfaces.add_mobile(way, sphere.radius);
     });
-    for (const SphereNeighbour& other : neighbours(place))
-      meet(other.fixed ? bed : others, -other.way, other.radius);
-    if (!stands_back) continue;
-    const auto& along = layouts_[static_cast<std::size_t>(layout_of(sphere.radius))].along;
-    movable.reset(along[0].size(), far);
-    fixed.reset(along[0].size(), far);
-    for (const Other& other : others) movable.take_sphere(along, other.way, other.radius);
-    for (const Other& other : bed) fixed.take_sphere(along, other.way, other.radius);
-    for (const End* end : planes)
-      fixed.take_plane(along[static_cast<std::size_t>(end->direction)], height_over(*end),
-                       end->inwards);
+    for (const SphereNeighbour& other : neighbours(place)) {
+      if (other.fixed)
+        surfaces.add_bed(-other.way, other.radius);
+      else
+        surfaces.add_mobile(-other.way, other.radius);
+    }
+    if (!surfaces.any()) continue;
+    surfaces.measure(layouts_[static_cast<std::size_t>(layout_of(sphere.radius))].along);
     for (const std::size_t c : components) {
       MarkerList<Real>& list = mobile_lists_[c];
       for (auto m = static_cast<std::size_t>(ranges[c].begin);
            m < static_cast<std::size_t>(ranges[c].end); ++m) {
-        const auto [film, pore] =
-            film_and_pore(movable, fixed, static_cast<std::size_t>(list.offset[m]));
+        const auto [film, pore] = surfaces.film_and_pore(static_cast<std::size_t>(list.offset[m]));
         list.volume[m] *=
             static_cast<Real>(volume_beside(film / grid_.h, pore / grid_.h, share_at_pores_));
       }
