@@ -68,12 +68,14 @@ EffectRow diffusion(const Settings& s) {
                                      explicit_diffusion_limit(grid, s.fluid.kinematic_viscosity)));
 }
 
-EffectRow rigid_core(const Settings& s) {
+EffectRow rigid_core(const Settings& s, const SphereNumbers& spheres) {
   if (!s.spheres.rigid_core) return row("rigid core", false, "spheres.rigid_core is \"off\"");
-  const double across = s.reference.diameter / make_grid(s).h;
-  return row("rigid core", core_radius(0.5 * across) > 0.0,
-             fmt::format("reference.diameter is {:.3g} cells, and up to {:g} there is none", across,
-                         2.0 * core_depth));
+  const bool known = spheres.widest > 0.0;  // else the script brings spheres later
+  const double across = (known ? spheres.widest : s.reference.diameter) / make_grid(s).h;
+  return row(
+      "rigid core", core_radius(0.5 * across) > 0.0,
+      fmt::format("{} is {:.3g} cells, and up to {:g} there is none",
+                  known ? "the largest diameter" : "reference.diameter", across, 2.0 * core_depth));
 }
 
 bool has_gravity(const Settings& s) {
@@ -118,7 +120,7 @@ std::vector<EffectRow> effects_without_verdicts(const Settings& s, const SphereN
   rows.push_back(
       row("interior term", mobile && s.spheres.interior_term,
           !mobile || s.spheres.interior_term ? how_many : "spheres.interior_term is \"off\""));
-  rows.push_back(rigid_core(s));
+  rows.push_back(rigid_core(s, spheres));
   rows.push_back(row("extra forcing loops", s.spheres.forcing_loops > 1,
                      fmt::format("spheres.forcing_loops is {}", s.spheres.forcing_loops)));
   rows.push_back(row("buoyancy", mobile && has_gravity(s) && s.spheres.buoyancy,

@@ -15,6 +15,7 @@ namespace bedload {
 /// How many spheres a run begins with.
 struct SphereNumbers {
   std::int64_t fixed = 0, mobile = 0;
+  double widest = 0.0;  ///< largest diameter [L], 0 without spheres
   std::int64_t all() const { return fixed + mobile; }
 };
 

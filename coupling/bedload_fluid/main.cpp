@@ -194,11 +194,14 @@ NearSpheres near_spheres(FluidSide* partner, const PartnerScene* dem, const Sett
   if (dem) {
     near.spheres = share_out(*partner, *dem, settings, job, near.cuts);
     near.numbers = {.fixed = dem->scene_info.fixed, .mobile = dem->scene_info.mobile};
-    return near;
+  } else {
+    near.spheres = spheres_of(settings);
+    near.numbers.fixed = static_cast<std::int64_t>(near.spheres.size());
+    if (from) check_fixed_spheres(*from, near.spheres);
   }
-  near.spheres = spheres_of(settings);
-  near.numbers.fixed = static_cast<std::int64_t>(near.spheres.size());
-  if (from) check_fixed_spheres(*from, near.spheres);
+  for (const SphereState& sphere : near.spheres)
+    near.numbers.widest = std::max(near.numbers.widest, 2.0 * sphere.radius);
+  MPI_Allreduce(MPI_IN_PLACE, &near.numbers.widest, 1, MPI_DOUBLE, MPI_MAX, job.own());
   return near;
 }
 
@@ -239,10 +242,10 @@ int simulate(Job& job, const FluidOptions& options, const Settings& settings, Fl
   near.spheres = {};
   if (from) {
     restore_flow(*from, simulation.channel());
-    simulation.resume();
   } else if (settings.start.from == Start::state) {
     start_from_state(simulation.channel());
   }
+  simulation.place_for_first_stage();
   const std::int64_t most = options.steps;
   const std::int64_t left = count_steps(simulation.channel(), most);
   if (from && left == 0 && most != 0 && job.rank() == 0)

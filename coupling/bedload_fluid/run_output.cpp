@@ -163,7 +163,10 @@ void RunOutput<Real>::warn(const std::vector<std::string>& sentences) {
 
 template <class Real>
 void RunOutput<Real>::warn_of_new_spheres() {
-  if (simulation_.spheres_changed()) warn(warnings(settings_, simulation_.extremes()));
+  if (!simulation_.spheres_changed()) return;
+  const SphereExtremes extremes = simulation_.extremes();
+  warn(warnings(settings_, extremes));
+  warn(warnings_of_reference(settings_, extremes));
 }
 
 template <class Real>
@@ -216,7 +219,9 @@ template <class Real>
 void RunOutput<Real>::take_statistics() {
   const Channel<Real>& channel = simulation_.channel();
   const int every = settings_.statistics.every;
-  if (channel.step() % every != 0 || channel.time() < settings_.statistics.from) return;
+  // Times are sums of steps: round-off must not cost a sample.
+  const double now = channel.time() + 1e-3 * channel.last_time_step();
+  if (channel.step() % every != 0 || now < settings_.statistics.from) return;
   const double duration =
       statistics_->duration_at(channel.time(), every * channel.last_time_step());
   statistics_->sample(view_of(channel), simulation_.spheres(), duration);
@@ -251,7 +256,9 @@ void RunOutput<Real>::finish(const std::string& time_line, const std::string& st
   const MPI_Comm comm = simulation_.channel().comm();
   FlowStatistics flow;
   simulation_.timing().measure(phase_, [&] {
-    if (history_step_ != simulation_.channel().step()) write_history();
+    // A run that goes on and makes no step knows nothing of the step before it.
+    const bool made_none = first_step_ > 0 && simulation_.channel().step() == first_step_;
+    if (history_step_ != simulation_.channel().step() && !made_none) write_history();
     if (settings_.output.fixed_every == 0.0) write_fixed_forces();
     if (fields_step_ != simulation_.channel().step())
       fields_.write(view_of(std::as_const(simulation_).channel()));

@@ -133,10 +133,10 @@ void Simulation<Real>::renew_spheres() {
 }
 
 template <class Real>
-void Simulation<Real>::resume() {
+void Simulation<Real>::place_for_first_stage() {
   if (!partner_) return;
   std::ranges::copy_if(spheres_, std::back_inserter(motion_.mobile), &SphereState::mobile);
-  place_spheres(channel_.last_time_step());
+  place_spheres(channel_.step() > 0 ? channel_.last_time_step() : channel_.time_step());
 }
 
 template <class Real>
@@ -161,8 +161,8 @@ void Simulation<Real>::move_spheres(double dt) {
   place_spheres(dt);
 }
 
-/// For the coming stage. `dt` is the step that was made last, which a restart knows; with time.cfl
-/// the coming one may be another.
+/// For the coming stage. `dt` is the step that was made last, which a restart knows (before the
+/// first one, that to come); with time.cfl the coming one may be another.
 template <class Real>
 void Simulation<Real>::place_spheres(double dt) {
   const double stage = runge_kutta[static_cast<std::size_t>(channel_.next_stage())].two_alpha * dt;
@@ -260,7 +260,8 @@ SphereExtremes Simulation<Real>::extremes() const {
           .heaviest_ratio = -least[8],
           .widest = -least[6],
           .narrowest = least[9],
-          .time_step = mine.time_step};
+          .time_step = mine.time_step,
+          .held = has_fixed_};
 }
 
 template <class Real>

@@ -31,9 +31,9 @@ class Simulation {
   Simulation(const Settings& settings, MPI_Comm comm, FluidSide* partner,
              std::span<const SphereState> spheres, const Cuts& cuts = {});
 
-  /// After a restart has restored the flow: places the spheres as the stage before has left them.
-  /// Collective.
-  void resume();
+  /// When the flow stands, restored or at its start: places the mobile spheres where the coming
+  /// stage, of a length that is known now, finds them at its end. Collective.
+  void place_for_first_stage();
   /// Takes over what LIGGGHTS' script has changed between two coupled runs, where something is due:
   /// done at the begin of a step, and to be done before a checkpoint, of which LIGGGHTS' half knows
   /// of it. Collective.

@@ -318,8 +318,9 @@ bool Statistics<Real>::begins_after(const LoadGroup& group) const {
   const double from = settings_.statistics.from;
   if (group.value<std::int64_t>("samples") == 0) return true;
   const double begin = group.value<double>("begin"), end = group.value<double>("end");
+  const double digits = 1e-5 * std::abs(begin);  // of what the sentence says
   collectively(decomposition_.comm(), [&] {
-    if (begin < from && from <= end)
+    if (begin + digits < from && from <= end)
       throw UserError(fmt::format(
           "{}: 'statistics.from' is {}, within the time that the run before has averaged, {:.6g} "
           "to {:.6g}; give {:.6g}, and they go on, or a later time, and they begin anew.",

@@ -104,7 +104,7 @@ struct Friction {
   double u_tau = 0.0;                ///< [L/T]
   double reynolds = 0.0;             ///< Re_tau
   double diameter_wall_units = 0.0;  ///< D+
-  double cell_wall_units = 0.0;      ///< of the height of the lowest cells
+  double cell_wall_units = 0.0;      ///< of the height of the cells beside the wall
 };
 
 /// That of a constant driving force; else that of laminar flow or of turbulent flow over a smooth
@@ -114,7 +114,9 @@ struct Friction {
 inline std::optional<Friction> friction_of(const Settings& s) {
   const double velocity = s.reference.velocity, height = s.driven_height();
   const double viscosity = s.fluid.kinematic_viscosity;
-  const double cell = s.grid.length[0] / s.grid.cells[0] * make_grid(s).thickness(0);
+  const auto& [lower, upper] = s.boundary.y;
+  const int beside_wall = lower == Wall::no_slip ? 0 : s.grid.cells[1] - 1;
+  const double cell = s.grid.length[0] / s.grid.cells[0] * make_grid(s).thickness(beside_wall);
   const auto friction = [&](FrictionSource source, double u_tau) {
     return Friction{
         .source = source,
@@ -123,7 +125,6 @@ inline std::optional<Friction> friction_of(const Settings& s) {
         .diameter_wall_units = friction_reynolds(u_tau, s.reference.diameter, viscosity),
         .cell_wall_units = friction_reynolds(u_tau, cell, viscosity)};
   };
-  const auto& [lower, upper] = s.boundary.y;
   if (lower != Wall::no_slip && upper != Wall::no_slip) return std::nullopt;
   if (has_side_walls(s)) return std::nullopt;
   if (s.flow.driving == Driving::pressure_gradient || s.flow.driving == Driving::gravity)

@@ -126,10 +126,10 @@ void warn_of_slope(const Settings& s, std::vector<std::string>& found) {
         d == 0 ? "; for a flow down a slope set 'flow.driving' = \"gravity\"" : ""));
 }
 
-/// Where no wall and no driving holds a box back, spheres and fluid fall together.
+/// Where no wall, no fixed sphere and no driving holds a box back, spheres and fluid fall together.
 void warn_of_free_fall(const Settings& s, const SphereExtremes& spheres,
                        std::vector<std::string>& found) {
-  if (!spheres.weigh || s.fringe.rate > 0.0 || has_end(s, Wall::no_slip)) return;
+  if (!spheres.weigh || spheres.held || s.fringe.rate > 0.0 || has_end(s, Wall::no_slip)) return;
   for (const std::size_t d : falling_through(s, Driving::bulk_velocity))
     found.push_back(fmt::format(
         "{}: 'fluid.gravity' acts along {}, where nothing holds the box back: the spheres' weight "
@@ -163,7 +163,7 @@ std::optional<std::string> thin_layer(const SphereExtremes& spheres) {
 /// The laminar start knows the straight line between moving walls along one direction: y, or z
 /// where no y end (nor a bed) holds the flow.
 void warn_of_walls_left_out_of_the_start(const Settings& s, std::vector<std::string>& found) {
-  if (s.start.from != Start::laminar) return;
+  if (s.start.from != Start::laminar && s.start.from != Start::logarithmic) return;
   const auto holds = [](const auto& ends) {
     return ends[0] == Wall::no_slip || ends[1] == Wall::no_slip;
   };
@@ -171,6 +171,12 @@ void warn_of_walls_left_out_of_the_start(const Settings& s, std::vector<std::str
     return a != std::array<double, 3>{} || b != std::array<double, 3>{};
   };
   const bool y_holds = holds(s.boundary.y) || s.start.height > 0.0;
+  if (s.boundary.x[0] != Wall::periodic && s.start.velocity != 0.0)
+    found.push_back(
+        fmt::format("{}: 'start.velocity' = {} is along x and the same from one x wall to the "
+                    "other: what of it would go through them is taken away before the first step.",
+                    s.file, s.start.velocity));
+  if (s.start.from != Start::laminar) return;
   if (y_holds && moves(s.boundary.z_lower_velocity, s.boundary.z_upper_velocity))
     found.push_back(fmt::format(
         "{}: 'start.from' = \"laminar\" is the flow of the y walls alone: what the z walls move "
@@ -197,6 +203,7 @@ SphereExtremes extremes_of(const Settings& s, std::span<const SphereState> spher
   SphereExtremes found{.time_step = time_step};
   const SphereState* before = nullptr;  // grains of one kind come one after the other
   for (const SphereState& sphere : spheres) {
+    found.held = found.held || !sphere.mobile;
     if (!sphere.mobile || sphere.density == 0.0) continue;
     const double ratio = sphere.density / s.fluid.density;
     const double cells_a_step = sphere.velocity.norm() * time_step / h;
@@ -233,13 +240,14 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
   const bool turbulent = numbers.friction && numbers.friction->source != FrictionSource::laminar;
   if (turbulent && numbers.friction->cell_wall_units > highest_cell)
     found.push_back(fmt::format(
-        "{}: the lowest cells are {:.2g} wall units high (Re_tau = {:.3g}), and turbulence near "
+        "{}: the cells beside the wall are {:.2g} wall units high (Re_tau = {:.3g}), and "
+        "turbulence near "
         "the bed "
         "is not resolved above about {}; take more 'grid.cells' or a smaller Reynolds number.",
         s.file, numbers.friction->cell_wall_units, numbers.friction->reynolds, highest_cell));
   const bool at_rest = s.flow.driving == Driving::none ||
                        (s.flow.driving == Driving::bulk_velocity && s.flow.bulk_velocity == 0.0);
-  if (s.time.cfl == 0.0 && !at_rest && numbers.cfl_at_start > brisk_courant)
+  if (s.fluid.convection && s.time.cfl == 0.0 && !at_rest && numbers.cfl_at_start > brisk_courant)
     found.push_back(
         fmt::format("{}: 'time.step' = {} carries the flow {:.2g} cells a step, and gusts go "
                     "further: the limit is 1.7; take a shorter step or 'time.cfl'.",
@@ -259,7 +267,9 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
     no_effect("start.file", "start.from = \"state\"");
   if (s.start.velocity != 0.0 && !profile)
     no_effect("start.velocity", "start.from = \"laminar\" or \"logarithmic\"");
-  if (s.start.height != 0.0 && !profile)
+  // Between two walls it says how high the bed is that the flow leaves free (driven_height()).
+  const bool two_walls = s.boundary.y[0] == Wall::no_slip && s.boundary.y[1] == Wall::no_slip;
+  if (s.start.height != 0.0 && !profile && !two_walls)
     no_effect("start.height", "start.from = \"laminar\" or \"logarithmic\"");
   warn_of_walls_left_out_of_the_start(s, found);
   if (s.fringe.rate == 0.0) {

@@ -33,6 +33,7 @@ struct SphereExtremes {
   double widest = 0.0;           ///< largest diameter [L]
   double narrowest = none;       ///< smallest diameter [L]
   double time_step = 0.0;        ///< [T]
+  bool held = false;             ///< whether a fixed sphere holds the fluid
 };
 
 /// Of the mobile ones among `spheres`, in steps of `time_step` [T]: with time.cfl others than

@@ -110,6 +110,39 @@ def test_a_run_that_is_over_adds_no_row(tmp_path):
             np.testing.assert_array_equal(again[name], first[name])
 
 
+def test_a_restart_that_makes_no_step_writes_no_row(tmp_path):
+    """Into another folder: it does not know what the step before gave to the bed."""
+    flow_over_a_bed(tmp_path, "--set", "time.end=0.14")
+    line = ["fluid.toml", "--restart", "out", "--out", "other", "--set", "time.end=0.14"]
+    result = run(command([str(BIN / "bedload-fluid"), *line], None, (1, 0)), tmp_path)
+    assert result.status == 0 and "nothing is left to do" in result.output
+    assert rows(tmp_path / "other" / "history.csv") == []
+
+
+def test_round_off_costs_no_sample(tmp_path):
+    """Ten steps of 0.02 are 2e-17 less than 0.2, where statistics begin; a restart may repeat the time that it is told."""
+    every = ("--set", "statistics.every=10", "--set", "statistics.from=0.2")
+    flow_over_a_bed(tmp_path, *every)
+    with h5py.File(tmp_path / "out" / "statistics.h5") as file:
+        assert file.attrs["samples"] == 2
+    flow_over_a_bed(tmp_path, *every[:2], "--set", "statistics.from=0.0", out="all")
+    with h5py.File(tmp_path / "all" / "statistics.h5") as file:
+        assert file.attrs["samples"] == 2
+
+
+@pytest.mark.parametrize("radius", [0.5, 0.3])
+def test_the_table_of_effects_asks_the_spheres_for_their_core(tmp_path, radius):
+    """Eight cells across have one, 4.8 have none, whatever reference.diameter is (1, eight cells)."""
+    (tmp_path / "fluid.toml").write_text((SCENE / "fluid.toml").read_text(encoding="utf-8"))
+    (tmp_path / "bed.txt").write_text(f"1.5 0.5 1.0 {radius}\n")
+    line = ["fluid.toml", "--out", "out", "--steps", "1", "--set", 'spheres.file="bed.txt"']
+    result = run(command([str(BIN / "bedload-fluid"), *line], None, (1, 0)), tmp_path)
+    assert result.status == 0, result.output
+    row = next(line for line in result.output.splitlines() if line.startswith("rigid core"))
+    assert row.split()[2] == ("on" if radius == 0.5 else "off")
+    assert f"the largest diameter is {16 * radius:.3g} cells" in row
+
+
 def test_a_restart_leaves_one_sample(tmp_path):
     whole = flow_over_a_bed(tmp_path, out="whole")[1]
     flow_over_a_bed(tmp_path, "--steps", "7")

@@ -270,6 +270,18 @@ TEST(BadSettings, WarningsAreGiven) {
   EXPECT_EQ(spoken({driven, "fluid.kinematic_viscosity=0.0025", "grid.cells=[4, 4, 4]"}), "");
   EXPECT_THAT(spoken({driven, "flow.bulk_velocity=1.0", "time.step=0.2"}),
               HasSubstr("1.6 cells a step"));
+  EXPECT_EQ(spoken({driven, "flow.bulk_velocity=1.0", "time.step=0.2", "fluid.convection=off"}),
+            "");
+  // The cells beside the wall, wherever it is: of 1 and 0.2 of the even ones here.
+  const std::vector<std::string> thin{driven, "fluid.kinematic_viscosity=1e-4",
+                                      "grid.y_stretching=2.5"};
+  const auto with_wall = [&](const char* y) {
+    std::vector<std::string> lines = thin;
+    lines.push_back(y);
+    return spoken(lines);
+  };
+  EXPECT_EQ(with_wall("boundary.y=[\"no_slip\", \"free_slip\"]"),
+            with_wall("boundary.y=[\"free_slip\", \"no_slip\"]"));
   // Nothing flows: settling in a box that is held. No wall: no wall units.
   EXPECT_EQ(spoken({driven, "flow.bulk_velocity=0.0", "time.step=0.2"}), "");
   EXPECT_EQ(spoken({"flow.driving=\"pressure_gradient\"", "flow.pressure_gradient=1.0",
@@ -281,6 +293,10 @@ TEST(BadSettings, WarningsAreGiven) {
   EXPECT_THAT(spoken({"spheres.slip_tolerance=0.1"}), HasSubstr("'spheres.forcing_loops'"));
   EXPECT_THAT(spoken({"start.file=flow.h5"}), HasSubstr("'start.file'"));
   EXPECT_THAT(spoken({"start.velocity=1.0"}), HasSubstr("'start.velocity'"));
+  EXPECT_THAT(spoken({"start.height=0.2"}), HasSubstr("'start.height'"));
+  EXPECT_EQ(spoken({"start.height=0.2", "boundary.y=no_slip"}), "");  // the bed's, in u_tau
+  EXPECT_THAT(spoken({"start.from=logarithmic", "start.velocity=1.0", "boundary.x=free_slip"}),
+              HasSubstr("'start.velocity' = 1 is along x"));
   EXPECT_THAT(spoken({"fringe.begin=0.5"}), HasSubstr("'fringe.begin'"));
   EXPECT_THAT(spoken({"fringe.rate=1.0", "fringe.end=0.5", "output.energy_work=on"}),
               HasSubstr("none of its columns"));
@@ -351,6 +367,17 @@ TEST(BadSettings, SpheresBeyondTheStudysLimitsAreWarnedOf) {
     return more;
   };
   EXPECT_THAT(spoken(2.5, 0.1, small, periodic), HasSubstr("acts along x, where nothing holds"));
+  {
+    Settings held = s;
+    held.fluid.gravity = {0.1, 0.0, 0.0};
+    held.boundary.y = {Wall::periodic, Wall::periodic};
+    SphereState grain{.tag = 1, .radius = 0.5 * small, .mobile = true}, bed{.tag = 2};
+    grain.density = 2.5 * held.fluid.density;
+    bed.radius = 0.5 * small;
+    const double dt = held.time.step;
+    EXPECT_EQ(warnings(held, extremes_of(held, std::vector{grain}, dt)).size(), 1);
+    EXPECT_THAT(warnings(held, extremes_of(held, std::vector{grain, bed}, dt)), testing::IsEmpty());
+  }
   EXPECT_THAT(spoken(0.9, 0.1, small, with({"boundary.z=\"free_slip\""})),
               HasSubstr("acts along x, where nothing holds"));
   EXPECT_THAT(spoken(2.5, 0.1, small, with({"flow.driving=\"bulk_velocity\""})),

@@ -605,6 +605,7 @@ TEST(Statistics, BeginAnewFromALaterTime) {
   };
   EXPECT_EQ(samples_from(0.5 * before.begin), 3);
   EXPECT_EQ(samples_from(before.begin), 3);
+  EXPECT_EQ(samples_from(before.begin * (1.0 + 4e-6)), 3);  // as the refusal below prints it
   EXPECT_EQ(samples_from(before.end + 0.1), 0);
   EXPECT_THROW(samples_from(before.end), UserError);
 }
