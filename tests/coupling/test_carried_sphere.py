@@ -70,7 +70,8 @@ def thrown(folder, start, runs, exchange, end):
     (folder / "fluid.toml").write_text(BOX)
     (folder / "in.liggghts").write_text(THROWN.format(start=start, runs=runs))
     fluid = ["fluid.toml", "--out", "out", "--set", f"time.end={end}", "--set", f"coupling.exchange={exchange}"]
-    result = run(command([str(BIN / "bedload-fluid"), *fluid], [str(BIN / "bedload-dem"), "-in", "in.liggghts"]), folder)
+    line = command([str(BIN / "bedload-fluid"), *fluid], [str(BIN / "bedload-dem"), "-in", "in.liggghts"])
+    result = run(line, folder)
     assert result.status == 0, result.output
     with h5py.File(folder / "out" / "spheres.h5") as file:
         return file["mobile/velocity"][-1, 0]

@@ -120,7 +120,7 @@ def test_a_restart_that_makes_no_step_writes_no_row(tmp_path):
 
 
 def test_round_off_costs_no_sample(tmp_path):
-    """Ten steps of 0.02 are 2e-17 less than 0.2, where statistics begin; a restart may repeat the time that it is told."""
+    """Ten steps of 0.02 are 2e-17 less than 0.2, where statistics begin."""
     every = ("--set", "statistics.every=10", "--set", "statistics.from=0.2")
     flow_over_a_bed(tmp_path, *every)
     with h5py.File(tmp_path / "out" / "statistics.h5") as file:

@@ -371,7 +371,8 @@ TEST(BadSettings, SpheresBeyondTheStudysLimitsAreWarnedOf) {
     Settings held = s;
     held.fluid.gravity = {0.1, 0.0, 0.0};
     held.boundary.y = {Wall::periodic, Wall::periodic};
-    SphereState grain{.tag = 1, .radius = 0.5 * small, .mobile = true}, bed{.tag = 2};
+    SphereState grain{.tag = 1, .radius = 0.5 * small, .mobile = true},
+        bed{.tag = 2, .mobile = false};
     grain.density = 2.5 * held.fluid.density;
     bed.radius = 0.5 * small;
     const double dt = held.time.step;
