@@ -13,8 +13,7 @@
 namespace bedload {
 namespace {
 
-/// Only LIGGGHTS' first rank has a screen and a log; the launcher's runs may go without one of
-/// them.
+/// The launcher's runs may go without a screen or a log.
 void print_line(std::FILE* out, const std::string& line) {
   if (out == nullptr) return;
   std::fputs((line + '\n').c_str(), out);
@@ -34,6 +33,7 @@ void require_resolved(LAMMPS_NS::LAMMPS* lmp, std::string_view style, double col
 }
 
 void tell_scale(LAMMPS_NS::LAMMPS* lmp, const ModelScale& scale, const FluidValue& of_fluid) {
+  if (lmp->comm->me != 0) return;
   const double value = scale.value(of_fluid);
   print_line(lmp->logfile, fmt::format("scale: {}: {} = {:.6g}", scale.style, scale.what, value));
   if (!scale.follows_grid() || !of_fluid.live()) return;
@@ -46,6 +46,7 @@ void tell_scale(LAMMPS_NS::LAMMPS* lmp, const ModelScale& scale, const FluidValu
 }
 
 void warn(LAMMPS_NS::LAMMPS* lmp, std::string_view style, std::string_view sentence) {
+  if (lmp->comm->me != 0) return;
   const std::string line = fmt::format("WARNING: {}: {}", style, sentence);
   print_line(lmp->screen, line);
   print_line(lmp->logfile, line);

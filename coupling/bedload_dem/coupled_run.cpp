@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -37,6 +38,20 @@
 namespace bedload {
 namespace {
 
+/// Calls behind the fluid's end with which a script ends: one that loops until something has
+/// happened would never.
+constexpr int most_idle_runs = 10'000;
+
+/// LIGGGHTS reads no further line of the file that it reads.
+void end_script(LAMMPS_NS::LAMMPS* lmp) {
+  if (lmp->comm->me != 0) return;
+  std::fseek(lmp->infile, 0, SEEK_END);
+  fmt::print(stderr,
+             "\nbedload-dem: NOTE: the script has asked {} times for a coupled_run since the fluid "
+             "has ended, and ends here; a loop that waits for something needs an end of its own.\n",
+             most_idle_runs);
+}
+
 /// LIGGGHTS counts no further.
 constexpr std::int64_t most_dem_steps = std::numeric_limits<int>::max();
 
@@ -68,7 +83,10 @@ void CoupledRun::run(int narg, char** arg) {
 
   fluid->note_script_atoms();
   DemSide& side = fluid->side();
-  if (side.stopped()) return;  // the fluid has ended in an earlier one and sends nothing more
+  if (side.stopped()) {  // the fluid has ended in an earlier one and sends nothing more
+    if (side.count_idle_run() >= most_idle_runs) end_script(lmp);
+    return;
+  }
   const std::int64_t behind = side.restart_step() - side.steps_made();
   if (most_steps <= behind) {  // this one was over when the checkpoint was written
     side.count_steps(most_steps);
@@ -140,6 +158,7 @@ void CoupledRun::prepare(FixCoupleFluid& fluid, std::int64_t behind, std::int64_
     start.emplace(lmp, file, fluid.side().restart_step());
     name_checkpoint(std::filesystem::path(file).parent_path().string());
     start->compare(fluid.side().script(), fluid.made_by_script());
+    start->refuse_moves_of_other_steps();
     start->let_insertions_pass();
     start->set_clock();
   } else {

@@ -210,6 +210,7 @@ void FixCoupleFluid::check_before_run() const {
                          "ended with step {}, and contacts under way count their steps; leave "
                          "out the reset_timestep between them",
                          update->ntimestep, *ended_at_));
+  if (side_->scene_info().end_step < 0) refuse_moves_of_varying_steps();
   checks_.check_finite();
   checks_.check_scene();
   checks_.check_integrated();
@@ -277,14 +278,18 @@ void FixCoupleFluid::set_time_step(double fluid_time_step) {
   if (update->integrate) update->integrate->reset_dt();
   if (force->pair) force->pair->reset_dt();
   for (int i = 0; i < modify->nfix; ++i) {
-    if (std::string_view(modify->fix[i]->style) != "move")
-      modify->fix[i]->reset_dt();
-    else if (update->whichflag != 0)
+    if (std::string_view(modify->fix[i]->style) != "move") modify->fix[i]->reset_dt();
+    // Before the run begins it takes the step that is in force then (FixMove::init).
+  }
+}
+
+// The length of the step varies where its number at the end is not known.
+void FixCoupleFluid::refuse_moves_of_varying_steps() const {
+  for (int i = 0; i < modify->nfix; ++i)
+    if (std::string_view(modify->fix[i]->style) == "move")
       stop_run(lmp, fmt::format("fix couple/fluid: fix move ({}) knows one time step only, but "
                                 "'time.cfl' of fluid.toml changes it; set time.cfl = 0",
                                 modify->fix[i]->id));
-    // Before the run begins it takes the step that is in force then (FixMove::init).
-  }
 }
 
 Order FixCoupleFluid::receive_loads(bool first) {

@@ -100,6 +100,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   void allow_run(bool allowed);
 
  private:
+  void refuse_moves_of_varying_steps() const;
   void hand_on_loads();
   void book_lost(const LoadRecord& load);
   void hold_loads();

@@ -6,6 +6,7 @@
 #include <mpi.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -122,6 +123,7 @@ GrainsState::GrainsState(LAMMPS_NS::LAMMPS* lmp, std::int64_t fluid_step, std::i
   step_ = lmp->update->ntimestep;
   time_ = lmp->update->atime;
   time_step_of_time_ = lmp->update->atimestep;
+  step_length_ = lmp->update->dt;
   ranks_.assign(lmp->comm->procgrid, lmp->comm->procgrid + 3);
   sphere_fixes_ = fixes_of_spheres();
   for (int n = 0; n < lmp->modify->nfix; ++n) {
@@ -185,6 +187,7 @@ void GrainsState::save(const SaveGroup& grains) const {
   grains.value("step", step_);
   grains.value("time", time_);
   grains.value("step_of_time", time_step_of_time_);
+  grains.value("step_length", step_length_);
   grains.list<std::int32_t>("rank_grid", ranks_);
   grains.text("groups", joined(group_names_));
   grains.text("fixes_of_spheres", joined(sphere_fixes_));
@@ -212,6 +215,7 @@ void GrainsState::load(const LoadGroup& grains) {
   step_ = grains.value<std::int64_t>("step");
   time_ = grains.value<double>("time");
   time_step_of_time_ = grains.value<std::int64_t>("step_of_time");
+  if (grains.has("step_length")) step_length_ = grains.value<double>("step_length");
   ranks_ = grains.list<std::int32_t>("rank_grid");
   group_names_ = lines_of(grains.text("groups"));
   group_names_.resize(most_groups);
@@ -252,6 +256,19 @@ void GrainsState::write(const std::string& path) const {
   file.close();
   write_file_header(path, grains_file_header, world);
   on_first_rank(world, [&] { commit_file(path); });
+}
+
+void GrainsState::refuse_moves_of_other_steps() const {
+  constexpr double rounding = 1e-9;
+  const double now = lmp_->update->dt;
+  if (step_length_ == 0.0 || std::abs(now - step_length_) <= rounding * step_length_) return;
+  for (int n = 0; n < lmp_->modify->nfix; ++n)
+    if (std::string_view(lmp_->modify->fix[n]->style) == "move")
+      throw UserError(fmt::format(
+          "restart: fix move ({}) counts LIGGGHTS' steps, which were {:.6g} long in the run before "
+          "and are {:.6g} now, so that its spheres would jump; go on with the 'time.step' and "
+          "'coupling.dem_steps' of that run",
+          lmp_->modify->fix[n]->id, step_length_, now));
 }
 
 void GrainsState::set_clock() const {

@@ -36,6 +36,10 @@ class GrainsState {
   /// Writes the file, whole or not at all.
   void write(const std::string& path) const;
 
+  /// Throws UserError where a fix move would take spheres elsewhere: it knows the number of steps
+  /// since it began, and one length of them.
+  void refuse_moves_of_other_steps() const;
+
   /// Step number and time. To be set before fixes are initialised.
   void set_clock() const;
 
@@ -98,6 +102,7 @@ class GrainsState {
   LAMMPS_NS::LAMMPS* lmp_;
   std::string path_;  ///< for messages
   std::int64_t fluid_step_ = 0, id_ = 0, step_ = 0, time_step_of_time_ = 0;
+  double step_length_ = 0.0;  ///< of LIGGGHTS' steps [T]; 0: not known
   double time_ = 0.0;
   std::vector<std::int32_t> ranks_;       ///< LIGGGHTS' grid of ranks
   std::vector<std::string> group_names_;  ///< by bit; empty: none

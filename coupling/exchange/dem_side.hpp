@@ -69,6 +69,8 @@ class DemSide {
 
   /// Whether the fluid has ended the coupled run.
   bool stopped() const { return stopped_; }
+  /// How often the script has asked for steps since, this time included.
+  int count_idle_run() { return ++idle_runs_; }
 
  private:
   const Job& job_;
@@ -83,6 +85,7 @@ class DemSide {
   std::int64_t checkpoint_id_ = 0, steps_made_ = 0;
   bool introduced_ = false;
   bool stopped_ = false;
+  int idle_runs_ = 0;
 };
 
 }  // namespace bedload

@@ -117,7 +117,7 @@ def estimate(options: argparse.Namespace) -> int:
     scene = find_scene(options.scene)
     model = choose_model(scene, options.model)
     ranks = job.Ranks.parse(options.ranks, scene)
-    settings = presets.settings_of(options.accuracy, scene, options.set)
+    settings = presets.settings_of(options.accuracy, scene, options.set, model)
     variables = read_variables(scene, model, options.var)
     build(["bedload-fluid", "bedload-dem"] if scene.moves_grains else ["bedload-fluid"])
     job.warn_of_crowding(ranks)

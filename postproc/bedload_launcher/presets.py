@@ -13,7 +13,7 @@ from . import verdicts
 from .build import ROOT
 from .errors import UserError, unknown
 from .scenes import Scene
-from .words import read_rows
+from .words import read_rows, say
 
 MEASURED = ROOT / "postproc" / "reports" / "accuracy" / "accuracy.csv"
 RESOLUTIONS = {6: "D/h 6", 8: "D/h 8", 10: "base", 14: "D/h 14"}  # labels there of cells to a diameter
@@ -40,12 +40,12 @@ SENTENCES = {name: preset.sentence for name, preset in PRESETS.items()} | {
 }
 
 
-def settings_of(name: str | None, scene: Scene, overrides: list[str]) -> list[str]:
-    """Values of fluid.toml for preset `name`; what the user sets comes after them and wins."""
+def settings_of(name: str | None, scene: Scene, overrides: list[str], model: str | None = None) -> list[str]:
+    """Values of fluid.toml for preset `name`; what the user sets comes after them and wins. `model`: of the run."""
     if name is None:
         return overrides
     if name == AUTO:
-        return [*verdicts.settings_of(scene, overrides), *overrides]
+        return [*verdicts.settings_of(scene, overrides, model), *overrides]
     if name not in PRESETS:
         raise unknown("accuracy", name, SENTENCES)
     preset = PRESETS[name]
@@ -54,7 +54,15 @@ def settings_of(name: str | None, scene: Scene, overrides: list[str]) -> list[st
         own.append(f"spheres.forcing_loops={preset.forcing_loops}")
     if preset.resolution != 1.0:
         own += finer(scene, preset.resolution, name)
+        warn_of_counted_steps(scene, model)
     return [*own, *overrides]
+
+
+def warn_of_counted_steps(scene: Scene, model: str | None) -> None:
+    """Where the time step is another one than the scene's."""
+    if scene.counts_steps(model):
+        say(f"bedload: WARNING: {scene.script} counts fluid steps (coupled_run steps): with another time step what "
+            "stands behind them comes at another time.")  # fmt: skip
 
 
 def finer(scene: Scene, resolution: float, name: str) -> list[str]:

@@ -82,6 +82,8 @@ def with_memory(ask: Ask, before: Launch | None) -> Launch:
 def output_folder(ask: Ask, scene: Scene, launch: Launch, restart: Path | None) -> Path:
     """--out; the folder of the run that goes on; runs/SCENE-MODEL-ACCURACY."""
     if ask.out is not None:
+        if ask.out.exists() and not ask.out.is_dir():
+            raise UserError(f"--out is {ask.out}, which is a file, but has to be a folder.")
         return ask.out.resolve()
     if restart is not None:
         return run_folder(restart)
@@ -111,7 +113,7 @@ def start(ask: Ask) -> tuple[int, Path]:
     if restart is not None and before is not None:
         check_same_model(restart, before.model, launch.model)
     scene = find_scene(launch.scene)
-    settings = presets.settings_of(launch.accuracy, scene, list(launch.sets))
+    settings = presets.settings_of(launch.accuracy, scene, list(launch.sets), launch.model or scene.default_model())
     out = output_folder(ask, scene, launch, restart)
     ranks = job.Ranks.parse(launch.ranks, scene)
     work = job.Job(scene, launch.model, ranks, out, settings, ask.steps, launch.variables, restart)

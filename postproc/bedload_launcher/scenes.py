@@ -128,6 +128,11 @@ class Scene:
         """
         return (line.text for line in self._lines(given) if not line.replaced)
 
+    def counts_steps(self, model: str | None) -> bool:
+        """Whether the script says how many fluid steps a coupled run has."""
+        lines = self.script_lines({"model": model} if model else None)
+        return any(line.split()[:2] == ["coupled_run", "steps"] for line in lines)
+
     def _lines(self, given: Mapping[str, str] | None, jumps: bool = False) -> Iterator[Line]:
         known = {"inputs": str(INPUTS)} | dict(given or {})
         return walk(self.script, self.folder, known, jumps) if self.moves_grains else iter(())

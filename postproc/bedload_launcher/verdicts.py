@@ -1,6 +1,7 @@
 """`--accuracy auto`: leaves out what `./bedload study effects SCENE` found certain to be left out.
 
-The study's table is runs/effects-SCENE/effects.csv where somebody has made one, else the kept one. Followed is
+The study's table is runs/effects-SCENE/effects.csv where somebody has made one, else, of a scene that is shipped, the
+kept one; of the same scene, model and --set. Followed is
 a row that turned an effect off by values of fluid.toml, took less time and has the verdict "leave it out":
 the answer stays within 2 %, certainly. Several of them add up, so they are taken, the greatest gain first, as long as
 their changes with intervals together stay within these 2 %. Output and statistics stay: a person asked for them.
@@ -13,14 +14,14 @@ from pathlib import Path
 
 from .build import ROOT
 from .errors import UserError
-from .scenes import Scene
+from .scenes import INPUTS, Scene, choose_model
 from .words import read_rows
 
 KEPT = ROOT / "postproc" / "reports" / "effects"
 LEAVE_OUT = "leave it out"
 TOLERANCE = 0.02  # of an answer: what a person would not see
 ASKED_FOR = ("output", "statistics")
-SETTINGS = "set.json"  # beside a table: the --set of its study
+ASKED = "asked.json"  # beside a table: scene, model and --set of its study
 OF_NO_EFFECT = ("output.", "statistics.", "checkpoint.", "time.end")  # on what an effect changes
 # Names in the table of effects that a run prints.
 ROWS = {"precision": "single precision", "forcing loops": "extra forcing loops", "diffusion": "implicit diffusion"}
@@ -36,7 +37,10 @@ class Followed:
 
 
 def table(scene: Scene) -> Path | None:
-    places = (Path("runs") / f"effects-{scene.name}" / "effects.csv", KEPT / f"{scene.name}.csv")
+    """The table of one's own, or the kept one of a shipped scene; None where there is neither."""
+    places = [Path("runs") / f"effects-{scene.name}" / "effects.csv"]
+    if scene.folder.resolve().is_relative_to(INPUTS):
+        places.append(KEPT / f"{scene.name}.csv")
     return next((place for place in places if place.is_file()), None)
 
 
@@ -60,19 +64,36 @@ def followed(rows: list[dict[str, str]]) -> list[Followed]:
     return list(found.values())
 
 
-def note(folder: Path, given: Sequence[str]) -> None:
-    """Keeps the --set of the study whose table is in `folder`."""
-    (folder / SETTINGS).write_text(json.dumps(list(given)) + "\n", encoding="utf-8")
+def note(folder: Path, scene: Scene, model: str | None, given: Sequence[str]) -> None:
+    """Keeps what the study whose table is in `folder` was asked: scene, collision model, --set."""
+    asked = {"scene": str(scene.folder.resolve()), "model": model, "set": list(given)}
+    (folder / ASKED).write_text(json.dumps(asked, indent=1) + "\n", encoding="utf-8")
+
+
+def other_than_asked(file: Path, scene: Scene, model: str | None, given: Sequence[str]) -> str:
+    """What the table `file` is of, where that is not this run; else empty. A kept one is of the scene's own model."""
+    beside = file.with_name(ASKED)
+    if not beside.is_file():
+        own = choose_model(scene, None) if file.parent == KEPT else model
+        return "" if model == own else f"model {own}"
+    asked = json.loads(beside.read_text(encoding="utf-8"))
+    if asked["scene"] != str(scene.folder.resolve()):
+        return f"the scene {asked['scene']}"
+    if asked["model"] != model:
+        return f"model {asked['model']}"
+    if _that_count(asked["set"]) != _that_count(given):
+        return " ".join(f"--set '{text}'" for text in _that_count(asked["set"])) or "no --set"
+    return ""
 
 
 def _that_count(given: Sequence[str]) -> list[str]:
     return sorted(text for text in given if not text.startswith(OF_NO_EFFECT))
 
 
-def settings_of(scene: Scene, given: Sequence[str] = ()) -> list[str]:
+def settings_of(scene: Scene, given: Sequence[str] = (), model: str | None = None) -> list[str]:
     """Values of fluid.toml, and the words for the run's table of effects; `given`: the --set of the run.
 
-    Raises UserError where there is no table, or one of a study with another --set.
+    Raises UserError where there is no table, or one of another scene of this name, another model or --set.
     """
     file = table(scene)
     if file is None:
@@ -80,12 +101,9 @@ def settings_of(scene: Scene, given: Sequence[str] = ()) -> list[str]:
             f"--accuracy auto follows the table of ./bedload study effects {scene.name}, which is neither in runs "
             f"nor kept in postproc/reports/effects."
         )
-    beside = file.with_name(SETTINGS)
-    asked = _that_count(json.loads(beside.read_text(encoding="utf-8"))) if beside.is_file() else None
-    if asked is not None and asked != _that_count(given):
-        words = " ".join(f"--set '{text}'" for text in asked) or "no --set"
+    if words := other_than_asked(file, scene, model, given):
         raise UserError(f"--accuracy auto: {file} is of runs with {words}, unlike this one; give the same, or first "
-                        f"./bedload study effects {scene.name} with the --set of this run.")  # fmt: skip
+                        "./bedload study effects with the scene, --model and --set of this run.")  # fmt: skip
     taken = followed(read_rows(file))
     words = "; ".join(f"{ROWS.get(one.effect, one.effect)}: {one.why}" for one in taken)
     told = [f'accuracy.verdicts="{words}"'] if words else []

@@ -219,6 +219,7 @@ def run(options) -> int:
         dense = ("output.history_every=1", "output.fields_every=0.0", "output.spheres_every=0.0")
         return job.Job(scene, model, ranks, out, [*dense, *options.set, *keys], steps)
 
+    presets.warn_of_counted_steps(scene, model)
     say(f"bedload: trying {TRIAL_STEPS} steps")
     began = time.monotonic()
     start = run_once(work(1), beginning=beginning)

@@ -110,6 +110,10 @@ def wish(options: argparse.Namespace) -> tuple[Wish, Scene | None]:
     except ValueError:
         scene = find_scene(options.where)
         x, height, z = scene.lengths()
+        for axis in "xz":
+            if (ends := scene.value("boundary", axis)) not in (None, "periodic", ["periodic", "periodic"]):
+                raise UserError(f"{scene.folder / 'fluid.toml'}: 'boundary.{axis}' is {ends}, but a bed settles in a "
+                                "box that is periodic along x and z: its grains would stand in walls.")  # fmt: skip
         box = (x, z)
     if not np.isfinite(box).all():
         raise UserError(f"the box is '{options.where}', but must be two lengths, as 26x13.")

@@ -9,7 +9,8 @@ half, with its interval from batches. Verdicts, of what the scene has now:
     worth it     what is off changes the answer by more than the interval when it is on
     leave it out the answer stays within 2 %, certainly, and the time is less without
     no matter    the answer stays within 2 %, certainly, and the time too
-    open         the interval is wider than 2 %: give --hours
+    open         the interval is wider than 2 %, or another thing that the grains do (height, speed along x, speed)
+                 changes by more, or the runs are too short for their time to be known: give --hours
 """
 
 import argparse
@@ -194,16 +195,35 @@ def compare(variant: Variant, run: Priced | str, base: Priced, name: str, since:
         sentence = last_sentence(run)
         nan = math.nan
         return Compared(variant.effect, variant.state, nan, nan, nan, nan, nan, "open", sentence)
-    time_ratio = run.price / base.price
+    time_ratio, words = run.price / base.price, ""
     if name in run.answers:
         change, half = paired(run.answers[name], base.answers[name], since)
         verdict = judged(variant.turned_off, change, half, time_ratio, math.hypot(run.spread, base.spread))
+        if verdict in (LEAVE_OUT, "no matter"):
+            words = unlike(run, base, name, since)
+            if not (run.settled() and base.settled()):
+                words = "too short to tell its time; --hours"
+            verdict = "open" if words else verdict
     else:  # grains that are held have no velocity
         change, half, verdict = math.nan, math.nan, "needed"
     return Compared(
         variant.effect, variant.state, time_ratio, run.spread, run.megabytes / base.megabytes, change, half, verdict,
-        keys="; ".join(variant.keys),
+        words, "; ".join(variant.keys),
     )  # fmt: skip
+
+
+OF_GRAINS = ("grain velocity", "grain height", "grain speed")  # what a scene's grains do, whichever of it is judged
+
+
+def unlike(run: Priced, base: Priced, judged_by: str, since: float) -> str:
+    """The first of what grains do that is not certainly the same within the tolerance; else empty."""
+    for name in OF_GRAINS:
+        if name == judged_by or name not in run.answers or name not in base.answers:
+            continue
+        change, half = paired(run.answers[name], base.answers[name], since)
+        if math.isfinite(change) and math.isfinite(half) and abs(change) + half > TOLERANCE:
+            return f"{name} {100 * change:+.2f} ± {100 * half:.2f} %"
+    return ""
 
 
 def half_way(run: Priced) -> float:
@@ -282,7 +302,7 @@ def run(options: argparse.Namespace) -> int:
         table.writeheader()
         table.writerows(vars(row) for row in rows)
     spread = f" (spread {100 * base.spread:.1f} %)" if math.isfinite(base.spread) else ""
-    verdicts.note(out, options.set)
+    verdicts.note(out, scene, model, options.set)
     print(f"{scene.name}, {steps} steps on {ranks.fluid} fluid ranks, {base.price / steps:.4g} core-seconds a step as "
           f"it is{spread}; answer: {name}")  # fmt: skip
     print(table_text(rows))
@@ -300,5 +320,6 @@ def table_text(rows: list[Compared]) -> str:
             continue
         cost = f"{r.time:.3f} ± {r.spread:.3f}" if math.isfinite(r.spread) else f"{r.time:.3f}        "
         change = f"{100 * r.change:+.2f} ± {100 * r.interval:.2f}" if math.isfinite(r.change) else "no such answer"
-        lines.append(f"{r.effect:{effect}}{r.state:{state}}{cost:>16}{r.memory:8.2f}{change:>18}  {r.verdict}")
+        why = f" ({r.words})" if r.words else ""
+        lines.append(f"{r.effect:{effect}}{r.state:{state}}{cost:>16}{r.memory:8.2f}{change:>18}  {r.verdict}{why}")
     return "\n".join(lines)

@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bedload_launcher import job
+from bedload_launcher import job, presets
 from bedload_launcher.build import BIN
 from bedload_launcher.errors import UserError
 from bedload_launcher.machine import cores
@@ -545,6 +545,8 @@ def run(options: argparse.Namespace) -> int:
     if options.remarks and not options.remarks.is_file():
         raise UserError(f"--remarks is {options.remarks}, which is no file.")
     runs = members(options, scene)
+    if options.cells is not None:
+        presets.warn_of_counted_steps(scene, scene.default_model())
     ranks = job.Ranks.parse(options.ranks)
     asked = asked_settings(options, scene)
     if not options.report_only:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from bedload_launcher import job
+from bedload_launcher import job, presets
 from bedload_launcher.errors import UserError
 from bedload_launcher.scenes import choose_model, find_scene
 from bedload_launcher.words import last_sentence, say
@@ -167,6 +167,7 @@ def run(options) -> int:
     def once(keys: list[str], variables: dict[str, str], steps: int | None = None) -> Priced:
         return run_once(job.Job(scene, model, ranks, options.out, [*dense, *keys], steps, variables))
 
+    presets.warn_of_counted_steps(scene, model)
     say(f"bedload: {scene.name} as it is")
     settings = once([], {}, 1).settings
     end = options.time or STEPS * settings["time"]["step"]

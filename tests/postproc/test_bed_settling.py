@@ -2,11 +2,13 @@
 
 import argparse
 import math
+import shutil
 
 import numpy as np
 import pytest
 from bedload_launcher import bed_options
 from bedload_launcher.errors import UserError
+from bedload_launcher.scenes import find_scene
 from bedload_studies import bed_settling
 from bedload_studies.packing import Bed
 from bedload_studies.rain import GAP, diameters, rain, read_sizes
@@ -57,6 +59,17 @@ def test_mistakes_get_one_sentence(words, sentence):
 def test_a_scene_gives_its_box():
     want, scene = bed_settling.wish(options("setup2_small", "--grains", "9"))
     assert want.box == (26.0, 13.0) and want.height == 10.0 and scene is not None
+
+
+def test_a_bed_between_side_walls_is_refused(tmp_path):
+    """It settles in a periodic box: its grains would stand in the walls."""
+    scene = tmp_path / "duct"
+    shutil.copytree(find_scene("exposed_sphere").folder, scene)
+    text = (scene / "fluid.toml").read_text()
+    assert 'z = "periodic"' in text
+    (scene / "fluid.toml").write_text(text.replace('z = "periodic"', 'z = ["no_slip", "no_slip"]'))
+    with pytest.raises(UserError, match="'boundary.z' is .*no_slip.*, but a bed settles in a box that is periodic"):
+        bed_settling.wish(options(str(scene), "--grains", "20"))
 
 
 def test_rain_is_free_of_contact_and_the_same_for_a_seed():

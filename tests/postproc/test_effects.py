@@ -107,6 +107,22 @@ def test_without_the_answer_itself_an_effect_is_needed():
     assert "no such answer" in effects.table_text([row])
 
 
+def test_what_else_grains_do_has_to_stay_too():
+    """Without buoyancy a grain goes on along x as before and sinks faster: nothing to be left out by itself."""
+    time = np.linspace(0.0, 10.0, 101)
+    same, sunk = (scene_answers.Series(time, np.full(101, level)) for level in (1.0, 0.9))
+    variant = effects.Variant("buoyancy", "off", ('spheres.buoyancy="off"',), turned_off=True)
+    for height, long, verdict, words in ((same, True, "leave it out", ""), (sunk, True, "open", "grain height -10.00"),
+                                         (same, False, "open", "too short to tell")):  # fmt: skip
+        seconds = [20.0, 20.0, 20.0] if long else [0.2]
+        base = scene_answers.Priced(seconds, 100.0, {"grain velocity": same, "grain height": same})
+        run = scene_answers.Priced([0.5 * s for s in seconds], 90.0, {"grain velocity": same, "grain height": height})
+        row = effects.compare(variant, run, base, "grain velocity", 5.0)
+        assert row.verdict == verdict and row.words.startswith(words)
+        assert f"{verdict} ({words}" in effects.table_text([row]) or not words
+        assert row.keys == 'spheres.buoyancy="off"'
+
+
 def test_the_second_half_is_that_of_the_time_that_was_run():
     """With time.cfl the steps are shorter than time.step says."""
     series = scene_answers.Series(np.linspace(0.5, 1.5, 11), np.linspace(1.0, 2.0, 11))

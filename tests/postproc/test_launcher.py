@@ -61,15 +61,16 @@ def test_what_the_system_refuses_is_one_sentence(tmp_path, started, monkeypatch,
     file = tmp_path / "notes"
     file.write_text("kept")
     monkeypatch.setattr(cli, "build", lambda _: None)
-    for out, why in ((file, "File exists"), (file / "x", "Not a directory")):
-        for line in (["run", "exposed_sphere"], ["settle", "8x8", "--grains", "9"]):
-            if line[0] == "settle":
-                out = out / "bed.data"  # whose folder cannot be made
-            monkeypatch.setattr(sys, "argv", ["bedload", *line, "--out", str(out)])
-            assert cli.main() == 1
-            said = capsys.readouterr().err
-            assert said.startswith(f"bedload: {file}") and said.count("\n") == 1
-            assert why in said or line[0] == "settle"
+    bed = ["settle", "8x8", "--grains", "9"]
+    for line, out, status, sentence in (
+        (["run", "exposed_sphere"], file, 2, f"--out is {file}, which is a file, but has to be a folder"),
+        (["run", "exposed_sphere"], file / "x", 1, f"{file}/x: Not a directory"),
+        (bed, file / "bed.data", 1, f"{file}"), (bed, file / "x" / "bed.data", 1, f"{file}"),
+    ):  # fmt: skip
+        monkeypatch.setattr(sys, "argv", ["bedload", *line, "--out", str(out)])
+        assert cli.main() == status
+        said = capsys.readouterr().err
+        assert said.startswith(f"bedload: {sentence}") and said.count("\n") == 1
     assert file.read_text() == "kept" and not started
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # of a write, which does not know its file
     assert refused(full, Path("out")) == "out: No space left on device"
@@ -772,6 +773,19 @@ def test_a_preset_keeps_proportions_and_courant_number(tmp_path):
     assert presets.settings_of(None, scene, ["a=1"]) == ["a=1"]
     with pytest.raises(UserError, match="no accuracy 'fin'; the nearest is 'fine'"):
         presets.settings_of("fin", scene, [])
+
+
+def test_steps_that_a_script_counts_are_warned_of_where_their_length_changes(tmp_path, capsys):
+    for script, warned in (("coupled_run\n", False), ("coupled_run steps 20\ncreate_atoms 1\ncoupled_run\n", True)):
+        scene = scene_in(tmp_path / f"{warned}", "variable model index rpm\n" + script)
+        (scene.folder / "fluid.toml").write_text(
+            "[grid]\ncells = [160, 90, 80]\nlength = [16.0, 9.0, 8.0]\n[time]\nstep = 0.04\n"
+        )
+        presets.settings_of("standard", scene, [])
+        assert capsys.readouterr().err == ""
+        presets.settings_of("fine", scene, [], "rpm")
+        said = capsys.readouterr().err
+        assert ("in.liggghts counts fluid steps (coupled_run steps): with another time step" in said) == warned
 
 
 @pytest.mark.parametrize("time", ["", '[time]\nstep = "a"\n', "[time]\nstep = true\n", "[time]\nend = 1\n"])

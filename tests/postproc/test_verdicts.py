@@ -3,7 +3,7 @@
 import pytest
 from bedload_launcher import presets, verdicts
 from bedload_launcher.errors import UserError
-from bedload_launcher.scenes import Scene
+from bedload_launcher.scenes import Scene, find_scene
 
 SINGLE = 'accuracy.precision="single"'
 
@@ -40,6 +40,7 @@ def test_changes_add_up_to_two_per_cent_at_most():
 def test_settings_say_why(tmp_path, monkeypatch):
     scene = Scene(tmp_path / "mine")
     monkeypatch.setattr(verdicts, "KEPT", tmp_path)
+    monkeypatch.setattr(verdicts, "INPUTS", tmp_path)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UserError, match="study effects mine"):
         presets.settings_of("auto", scene, [])
@@ -53,12 +54,28 @@ def test_settings_say_why(tmp_path, monkeypatch):
     (tmp_path / "runs" / "effects-mine" / "effects.csv").write_text(lines[0] + "\n")
     assert presets.settings_of("auto", scene, []) == []
     # A study with --set is of what was set; how long it went and what it wrote do not count.
-    verdicts.note(tmp_path / "runs" / "effects-mine", ["fluid.gravity=[0,-1,0]", "time.end=9", "output.fields_every=0"])
+    own_folder = tmp_path / "runs" / "effects-mine"
+    verdicts.note(own_folder, scene, None, ["fluid.gravity=[0,-1,0]", "time.end=9", "output.fields_every=0"])
     (tmp_path / "runs" / "effects-mine" / "effects.csv").write_text("\n".join(lines) + "\n")
     with pytest.raises(UserError, match=r"is of runs with --set 'fluid.gravity=\[0,-1,0\]', unlike this one"):
         presets.settings_of("auto", scene, ["time.end=2"])
     same = presets.settings_of("auto", scene, ["time.end=2", "fluid.gravity=[0,-1,0]"])
     assert same == [SINGLE, told, "time.end=2", "fluid.gravity=[0,-1,0]"]
-    verdicts.note(tmp_path / "runs" / "effects-mine", [])
+    verdicts.note(own_folder, scene, "actm", [])
     with pytest.raises(UserError, match="is of runs with no --set, unlike this one"):
-        presets.settings_of("auto", scene, ["fluid.gravity=[0,-1,0]"])
+        presets.settings_of("auto", scene, ["fluid.gravity=[0,-1,0]"], "actm")
+    with pytest.raises(UserError, match="is of runs with model actm, unlike this one"):
+        presets.settings_of("auto", scene, [], "rpm")
+    with pytest.raises(UserError, match="is of runs with the scene .*/mine, unlike this one"):
+        presets.settings_of("auto", Scene(tmp_path / "other" / "mine"), [], "actm")
+
+
+def test_a_kept_table_is_of_a_shipped_scene_and_its_own_model(tmp_path, monkeypatch):
+    """Not of one of one's own that has its name."""
+    monkeypatch.chdir(tmp_path)
+    shipped = find_scene("exposed_sphere")
+    assert verdicts.table(shipped) is not None and verdicts.settings_of(shipped, [], shipped.default_model())
+    with pytest.raises(UserError, match="is of runs with model actm_hw, unlike this one"):
+        presets.settings_of("auto", shipped, [], "rpm")
+    with pytest.raises(UserError, match="neither in runs"):
+        presets.settings_of("auto", Scene(tmp_path / "exposed_sphere"), [])

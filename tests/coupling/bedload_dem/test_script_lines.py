@@ -61,6 +61,32 @@ def test_spheres_that_move_as_prescribed(tmp_path):
         assert (np.abs(mobile["force"][own][1:, 0]) > 1e-3).all()
 
 
+@pytest.mark.parametrize("setting", ["time.step=0.01", "coupling.dem_steps=30"])
+def test_prescribed_motion_goes_on_with_the_step_that_it_counts(tmp_path, setting):
+    """LIGGGHTS places spheres at (steps since the move began) x (step): with another one they would jump."""
+    script = (MOTION, "fix motion grains move linear 0.5 0.0 0.0 units box")
+    assert run_script(tmp_path, script).status == 0
+    again = {"script": tmp_path / "in.liggghts", "restart": tmp_path / "out"}
+    other = job(tmp_path / "other", "--steps", "2", "--set", setting, **again)
+    assert other.status != 0
+    assert "fix move (motion) counts LIGGGHTS' steps, which were 0.00133333 long" in other.output
+    assert job(tmp_path / "same", "--steps", "2", **again).status == 0
+    with h5py.File(tmp_path / "same" / "spheres.h5") as file:
+        mine = file["mobile/tag"][:] == 9
+        time, x = (file[f"mobile/{name}"][:][mine] for name in ("time", "position"))
+    np.testing.assert_allclose(x[:, 0], 1.95 + 0.5 * time, rtol=1e-12)
+
+
+def test_a_script_that_waits_for_what_never_comes_ends(tmp_path):
+    """A loop around coupled_run goes round for ever when the fluid has ended, and fills its log."""
+    loop = "label again\ncoupled_run steps 2\njump SELF again\n"
+    text = (SCENE / "in.liggghts").read_text(encoding="utf-8")
+    result = run_script(tmp_path, (text[text.rindex("coupled_run"):], loop))
+    assert result.status == 0, result.output
+    assert "asked 10000 times for a coupled_run since the fluid has ended, and ends here" in result.output
+    assert numbers(tmp_path / "out" / "spheres.h5")["mobile/step"].max() == 5
+
+
 def test_prescribed_motion_wants_one_time_step(tmp_path):
     result = run_script(tmp_path, (MOTION, "fix motion grains move linear 0.5 0.0 0.0 units box"),
                         options=("--steps", "20", "--set", "time.cfl=0.35", "--set", "time.step=0.04"))
