@@ -42,8 +42,8 @@ def test_holds(name, value, courant, precision, tmp_path, monkeypatch):
 
 
 def test_what_is_too_fast_from_the_start_is_refused_with_the_step_that_is_not(tmp_path, monkeypatch):
-    """A heavy sphere that is there at full speed at once, a cell a step: the fluid that it pushes aside has a CFL number
-    of 1.75, and 1.73 is stable."""
+    """A heavy sphere that is there at full speed at once, a cell a step: the fluid that it pushes aside has a CFL
+    number of 1.75, and 1.73 is stable."""
     monkeypatch.setattr(launcher_job, "BIN", BIN)
     cell = run_cell(CASES["density_ratio"], 50.0, 1.0, "double", tmp_path / "scene")
     assert cell.verdict == REFUSED, f"{cell.verdict}: {cell.words} ({cell.number})"
