@@ -302,7 +302,7 @@ void compact(const FluidOptions& options, const Job& job) {
 /// The scene's settings with those of the line, or of the run that goes on; refused where they do
 /// not fit each other, the machine, the partner or that run.
 Settings checked_settings(const FluidOptions& options, const Resumption* from, const Job& job) {
-  const Settings settings =
+  Settings settings =
       read_settings(options.file, from ? from->overrides(options.settings) : options.settings);
   validate(settings);
   check_memory(settings, job);
