@@ -12,7 +12,7 @@
 
 namespace bedload {
 
-/// How many spheres a run begins with.
+/// How many spheres a run begins with, and how large they are.
 struct SphereNumbers {
   std::int64_t fixed = 0, mobile = 0;
   double widest = 0.0;  ///< largest diameter [L], 0 without spheres

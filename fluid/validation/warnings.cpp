@@ -163,7 +163,7 @@ std::optional<std::string> thin_layer(const SphereExtremes& spheres) {
 /// The laminar start knows the straight line between moving walls along one direction: y, or z
 /// where no y end (nor a bed) holds the flow.
 void warn_of_walls_left_out_of_the_start(const Settings& s, std::vector<std::string>& found) {
-  if (s.start.from != Start::laminar && s.start.from != Start::logarithmic) return;
+  if (s.start.from != Start::laminar) return;
   const auto holds = [](const auto& ends) {
     return ends[0] == Wall::no_slip || ends[1] == Wall::no_slip;
   };
@@ -171,12 +171,6 @@ void warn_of_walls_left_out_of_the_start(const Settings& s, std::vector<std::str
     return a != std::array<double, 3>{} || b != std::array<double, 3>{};
   };
   const bool y_holds = holds(s.boundary.y) || s.start.height > 0.0;
-  if (s.boundary.x[0] != Wall::periodic && s.start.velocity != 0.0)
-    found.push_back(
-        fmt::format("{}: 'start.velocity' = {} is along x and the same from one x wall to the "
-                    "other: what of it would go through them is taken away before the first step.",
-                    s.file, s.start.velocity));
-  if (s.start.from != Start::laminar) return;
   if (y_holds && moves(s.boundary.z_lower_velocity, s.boundary.z_upper_velocity))
     found.push_back(fmt::format(
         "{}: 'start.from' = \"laminar\" is the flow of the y walls alone: what the z walls move "
@@ -241,9 +235,8 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
   if (turbulent && numbers.friction->cell_wall_units > highest_cell)
     found.push_back(fmt::format(
         "{}: the cells beside the wall are {:.2g} wall units high (Re_tau = {:.3g}), and "
-        "turbulence near "
-        "the bed "
-        "is not resolved above about {}; take more 'grid.cells' or a smaller Reynolds number.",
+        "turbulence near the bed is not resolved above about {}; take more 'grid.cells' or a "
+        "smaller Reynolds number.",
         s.file, numbers.friction->cell_wall_units, numbers.friction->reynolds, highest_cell));
   const bool at_rest = s.flow.driving == Driving::none ||
                        (s.flow.driving == Driving::bulk_velocity && s.flow.bulk_velocity == 0.0);
@@ -271,6 +264,11 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
   const bool two_walls = s.boundary.y[0] == Wall::no_slip && s.boundary.y[1] == Wall::no_slip;
   if (s.start.height != 0.0 && !profile && !two_walls)
     no_effect("start.height", "start.from = \"laminar\" or \"logarithmic\"");
+  if (s.start.velocity != 0.0 && profile && s.boundary.x[0] != Wall::periodic)
+    found.push_back(
+        fmt::format("{}: 'start.velocity' = {} is along x and the same from one x wall to the "
+                    "other: what of it would go through them is taken away before the first step.",
+                    s.file, s.start.velocity));
   warn_of_walls_left_out_of_the_start(s, found);
   if (s.fringe.rate == 0.0) {
     if (s.fringe.begin != 0.0) no_effect("fringe.begin", "'fringe.rate' above 0");

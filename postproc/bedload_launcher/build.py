@@ -61,19 +61,20 @@ def missing_instructions(folder: Path) -> list[str]:
     return sorted(built_for - instruction_sets())
 
 
-def _for_this_processor(folder: Path) -> None:
-    """Keeps for which processor `folder` is built, and empties it where that was another one: its programs would end
-    with SIGILL."""
+def _clean_of_another_processor(folder: Path) -> None:
+    """Empties a folder whose programs would end with SIGILL here."""
     if missing := missing_instructions(folder):
         lacking = ", ".join(missing[:4]) + (", ..." if len(missing) > 4 else "")
         print(f"bedload: built for another processor (with {lacking}); building anew", file=sys.stderr, flush=True)
         subprocess.run(["ninja", "-C", str(folder), "-t", "clean"], stdout=subprocess.DEVNULL, check=False)
         (folder / PROCESSOR).unlink()
+
+
+def _note_processor(folder: Path) -> None:
+    """Of a folder that has been configured just now, or before there was such a note."""
     cache = (folder / "CMakeCache.txt").read_text(encoding="utf-8", errors="replace")
-    native = "BEDLOAD_NATIVE:BOOL=OFF" not in cache
-    names = " ".join(sorted(instruction_sets())) if native else ""
-    if not (folder / PROCESSOR).is_file() or not native:
-        (folder / PROCESSOR).write_text(names + "\n", encoding="ascii")
+    names = sorted(instruction_sets()) if "BEDLOAD_NATIVE:BOOL=OFF" not in cache else []
+    (folder / PROCESSOR).write_text(" ".join(names) + "\n", encoding="ascii")
 
 
 def _configure(folder: Path, *options: str) -> None:
@@ -147,14 +148,18 @@ def build(targets: Sequence[str] = ("all",), portable: bool = False, folder: Pat
 
 
 def _build(folder: Path, targets: Sequence[str], portable: bool) -> None:
-    if portable or _must_configure(folder):
+    _clean_of_another_processor(folder)
+    configured = portable or _must_configure(folder)
+    if configured:
         _configure(folder, *(["-DBEDLOAD_NATIVE=OFF"] if portable else []))
-    _for_this_processor(folder)
+    if configured or not (folder / PROCESSOR).is_file():
+        _note_processor(folder)
     log = folder / "build.log"
     failed = _ninja(folder, targets, log)
     if failed and failed[0].startswith("FAILED: build.ninja"):
         # Ninja could not bring the configuration up to date with what an old cache remembers.
         _configure(folder)
+        _note_processor(folder)
         failed = _ninja(folder, targets, log)
     if failed:
         sys.stderr.writelines(failed[:60])

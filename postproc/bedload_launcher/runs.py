@@ -113,7 +113,7 @@ def start(ask: Ask) -> tuple[int, Path]:
     if restart is not None and before is not None:
         check_same_model(restart, before.model, launch.model)
     scene = find_scene(launch.scene)
-    settings = presets.settings_of(launch.accuracy, scene, list(launch.sets), launch.model or scene.default_model())
+    settings = presets.settings_of(launch.accuracy, scene, list(launch.sets), launch.model)
     out = output_folder(ask, scene, launch, restart)
     ranks = job.Ranks.parse(launch.ranks, scene)
     work = job.Job(scene, launch.model, ranks, out, settings, ask.steps, launch.variables, restart)

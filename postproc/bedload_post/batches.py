@@ -160,13 +160,16 @@ def mean_over_time(time: np.ndarray, values: np.ndarray, since: float = -np.inf)
 
 
 def estimate_over_time(
-    time: np.ndarray, values: np.ndarray, since: float = -np.inf, batches: int = MOST_BATCHES,
+    time: np.ndarray,
+    values: np.ndarray,
+    since: float = -np.inf,
+    batches: int = MOST_BATCHES,
     counts: np.ndarray | None = None,
 ) -> Estimate:
     """`estimate` for rows at any intervals: from `since` on, at least one row, in batches of equal time.
 
     `counts`: how many samples each row is the mean of; None: of equally many.
-    """  # fmt: skip
+    """
     late = time >= since
     values, steps = values[late], durations(time)[late]
     weights = steps if counts is None else steps * counts[late]

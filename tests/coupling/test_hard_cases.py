@@ -23,6 +23,7 @@ QUICK = [
     ("crowd", 0.6, 0.3, "double"),  # goes wild with a quarter of the pressure correction in the old pressure
     ("overlap", 0.2, 0.3, "double"),
     ("corner", 4, 0.3, "double"),
+    ("corner", 4, 0.6, "double"),  # refused in its first step where that forced spheres at the place of their start
     ("coarse", 6, 0.3, "double"),
     ("cfl", 1.73, 3.0, "single"),
     ("driving", -1.0, 0.3, "double"),

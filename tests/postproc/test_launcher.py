@@ -918,18 +918,25 @@ def test_another_processor_builds_anew(tmp_path, monkeypatch, capsys):
     commands = []
     monkeypatch.setattr(build.subprocess, "run", lambda line, **_: commands.append(line))
     monkeypatch.setattr(build, "_ninja", lambda *_: [])
-    monkeypatch.setattr(build, "_must_configure", lambda _: False)
     cache, kept = tmp_path / "CMakeCache.txt", tmp_path / build.PROCESSOR
-    for native, sets, stays in (("ON", "avx2 fma", True), ("ON", "avx2 fma avx512f", True), ("ON", "avx2 sse2", False),
-                                ("ON", "sse2 avx2", True), ("OFF", "sse2", False), ("OFF", "", True)):  # fmt: skip
-        cache.write_text(f"BEDLOAD_NATIVE:BOOL={native}\n")
+
+    def configure(_, *options):
+        cache.write_text(f"BEDLOAD_NATIVE:BOOL={'OFF' if options else 'ON'}\n")
+
+    monkeypatch.setattr(build, "_configure", configure)
+    for sets, configured, portable, stays, noted in (
+        ("avx2 fma", True, False, True, "avx2 fma"), ("avx2 fma avx512f", False, False, True, "avx2 fma"),
+        ("avx2 sse2", False, False, False, "avx2 sse2"), ("sse2 avx2", True, True, True, ""),
+        ("sse2", False, False, True, ""), ("fma", True, False, True, "fma"), ("avx2", True, False, False, "avx2"),
+    ):  # fmt: skip
         monkeypatch.setattr(build, "instruction_sets", lambda own=sets: frozenset(own.split()))
-        build.build(["bedload-fluid"], folder=tmp_path)
+        monkeypatch.setattr(build, "_must_configure", lambda _, anew=configured: anew)
+        build.build(["bedload-fluid"], portable, folder=tmp_path)
         said = capsys.readouterr().err
-        assert ("built for another processor" in said, commands != []) == (not stays, not stays), (native, sets)
+        assert ("built for another processor" in said, commands != []) == (not stays, not stays), sets
         assert all(line == ["ninja", "-C", str(tmp_path), "-t", "clean"] for line in commands)
+        assert kept.read_text() == noted + "\n"
         commands.clear()
-    assert kept.read_text() == "\n"
     kept.write_text("avx512f fma\n")
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin" / "bedload-fluid").touch()

@@ -88,10 +88,13 @@ def test_a_script_that_waits_for_what_never_comes_ends(tmp_path):
 
 
 def test_prescribed_motion_wants_one_time_step(tmp_path):
-    result = run_script(tmp_path, (MOTION, "fix motion grains move linear 0.5 0.0 0.0 units box"),
-                        options=("--steps", "20", "--set", "time.cfl=0.35", "--set", "time.step=0.04"))
-    assert result.status != 0
-    assert "fix move (motion) knows one time step only" in result.output
+    """Refused before the first step, also where the limit is so wide that no step is shortened for long."""
+    for limit in ("0.35", "1.6"):
+        result = run_script(tmp_path / limit, (MOTION, "fix motion grains move linear 0.5 0.0 0.0 units box"),
+                            options=("--steps", "20", "--set", f"time.cfl={limit}"))  # fmt: skip
+        assert result.status != 0
+        assert "fix move (motion) knows one time step only" in result.output
+        assert not (tmp_path / limit / "out" / "history.csv").exists()
 
 
 RAMP = 'variable share equal ramp(0,1)\nfix share all print 15 "${share}" file ${out}/share.txt screen no title t\n'

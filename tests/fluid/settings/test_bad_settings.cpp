@@ -272,7 +272,7 @@ TEST(BadSettings, WarningsAreGiven) {
               HasSubstr("1.6 cells a step"));
   EXPECT_EQ(spoken({driven, "flow.bulk_velocity=1.0", "time.step=0.2", "fluid.convection=off"}),
             "");
-  // The cells beside the wall, wherever it is: of 1 and 0.2 of the even ones here.
+  // The cells beside the wall, wherever it is: the thin ones here.
   const std::vector<std::string> thin{driven, "fluid.kinematic_viscosity=1e-4",
                                       "grid.y_stretching=2.5"};
   const auto with_wall = [&](const char* y) {
@@ -280,8 +280,9 @@ TEST(BadSettings, WarningsAreGiven) {
     lines.push_back(y);
     return spoken(lines);
   };
-  EXPECT_EQ(with_wall("boundary.y=[\"no_slip\", \"free_slip\"]"),
-            with_wall("boundary.y=[\"free_slip\", \"no_slip\"]"));
+  const std::string below = with_wall("boundary.y=[\"no_slip\", \"free_slip\"]");
+  EXPECT_THAT(below, HasSubstr("wall units high"));
+  EXPECT_EQ(below, with_wall("boundary.y=[\"free_slip\", \"no_slip\"]"));
   // Nothing flows: settling in a box that is held. No wall: no wall units.
   EXPECT_EQ(spoken({driven, "flow.bulk_velocity=0.0", "time.step=0.2"}), "");
   EXPECT_EQ(spoken({"flow.driving=\"pressure_gradient\"", "flow.pressure_gradient=1.0",
