@@ -143,7 +143,7 @@ def run(options: argparse.Namespace) -> int:
     try:
         friction, source = friction_velocity(case, options.since)
         print(f"u_tau / u_b      {friction / case.bulk_velocity:.4f} ({source})")
-        print(f"Re_tau           {friction * case.depth / case.viscosity:.0f}")
+        print(f"Re_tau           {friction * case.depth / case.viscosity:.4g}")
     except MissingOutput as missing:  # side walls, or walls that drive the flow
         print(f"u_tau            unknown: {missing}")
     print(f"kinetic energy   {mean_energy:.4f}, between {energy.min():.4f} and {energy.max():.4f}")
