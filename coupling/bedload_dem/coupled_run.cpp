@@ -141,7 +141,7 @@ bool CoupledRun::make_step(FixCoupleFluid& fluid, bool last) {
     begins = false;
     update->integrate->run(substeps);
     left -= substeps;
-    fluid.send_motion(left == 0 && last && fluid.stage().last == 0);
+    fluid.send_motion(left == 0 && last);
   }
   old_lists_.look(fluid.fluid_time_step());
   if (const auto sentence = unwritten_file()) end_job(Program::dem, comm->me, *sentence + ".");

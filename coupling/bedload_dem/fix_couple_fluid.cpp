@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdio>
+#include <cstring>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -108,6 +110,7 @@ FixCoupleFluid::FixCoupleFluid(LAMMPS_NS::LAMMPS* lmp_, int narg, char** arg)
   size_vector = 12;
   global_freq = 1;
   extvector = 1;
+  restart_global = 1;
 
   const FluidSceneInfo& fluid = side_->scene_info();
   dt_fluid_ = fluid.time_step;
@@ -266,6 +269,22 @@ double FixCoupleFluid::compute_vector(int n) {
   for (int i = 0; i < atom->nlocal; ++i)
     if (spheres_.is_mobile(atom->mask[i])) sum += held[i][n % 3];
   return reduced(sum, MPI_DOUBLE, MPI_SUM, world);
+}
+
+// What f_ID[1..6] says until the next whole fluid step is over.
+void FixCoupleFluid::write_restart(std::FILE* file) {
+  std::array<double, 6> all{};
+  MPI_Reduce(step_mean_.data(), all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, 0,
+             world);
+  if (comm->me != 0) return;
+  const int bytes = sizeof(all);
+  std::fwrite(&bytes, sizeof(bytes), 1, file);
+  std::fwrite(all.data(), sizeof(all), 1, file);
+}
+
+void FixCoupleFluid::restart(char* buffer) {
+  step_mean_ = {};
+  if (comm->me == 0) std::memcpy(step_mean_.data(), buffer, sizeof(step_mean_));
 }
 
 void FixCoupleFluid::set_time_step(double fluid_time_step) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <cstdio>
 #include <optional>
 
 #include "coupling/bedload_dem/coupled_spheres.hpp"
@@ -53,6 +54,8 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   void pre_neighbor() override;
   void post_force(int vflag) override;
   double compute_vector(int n) override;
+  void write_restart(std::FILE* file) override;
+  void restart(char* buffer) override;
 
   /// For contact models: pointers to doubles that stay valid as long as the fix lives. "dt_fluid"
   /// [T], "viscosity" (dynamic) [M/(L T)], "fluid_density" [M/L^3], "cell_size" [L],
@@ -131,7 +134,8 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   MotionHeader done_{};
   int substeps_ = 0;                      ///< of the present stage so far
   std::array<double, 6> step_impulse_{};  ///< of force and torque in the present fluid step so far
-  std::array<double, 6> step_mean_{};     ///< force and torque, mean over the last whole one
+  /// Force and torque, mean over the last whole one; after a restart rank 0 has all of it.
+  std::array<double, 6> step_mean_{};
   bool tags_noted_ = false;
   std::int64_t collisions_ = -1;
   double dt_fluid_ = 0.0, viscosity_ = 0.0, fluid_density_ = 0.0, cell_size_ = 0.0;

@@ -138,7 +138,10 @@ GrainsState::GrainsState(LAMMPS_NS::LAMMPS* lmp, std::int64_t fluid_step, std::i
   const auto restart_fixes = fixes_with_restart_alone();
   std::vector<double>& packed = spheres_.values;
   for (int i = 0; i < atom.nlocal; ++i) {
-    int room = packing_room + lmp->comm->maxexchange_atom + lmp->comm->maxexchange_fix;
+    // maxexchange_fix is the largest of what contact histories have, each of which may have as
+    // much.
+    int room = packing_room + lmp->comm->maxexchange_atom +
+               std::max(1, atom.nextra_grow) * lmp->comm->maxexchange_fix;
     for (LAMMPS_NS::Fix* fix : restart_fixes) room += fix->size_restart(i);
     const std::size_t begin = packed.size();
     packed.resize(begin + static_cast<std::size_t>(room));

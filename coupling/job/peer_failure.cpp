@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdint>
@@ -31,10 +32,14 @@ struct Neighbour {
   std::string name;
 };
 
-// Handlers can reach nothing but objects of static storage. The vector does not change after
-// exchange_process_numbers(), the text only while SIGTERM is blocked.
+// Handlers can reach nothing but objects of static storage, and may run in a thread of MPI's at any
+// time. The vector does not change after exchange_process_numbers(); of two texts the one that is
+// not shown is written, and shown then.
 std::vector<Neighbour> neighbours;  // on this node, in the order of the job's ranks
-std::string checkpoint;
+std::array<std::array<char, 4096>, 2> checkpoints{};
+std::atomic<std::size_t> shown{0};
+static_assert(std::atomic<std::size_t>::is_always_lock_free);
+std::string_view checkpoint() { return checkpoints[shown].data(); }
 const char* speaker = "bedload";
 volatile std::sig_atomic_t is_said = 0;
 
@@ -61,9 +66,8 @@ class Sentence {
 bool is_dead(const Neighbour& other) { return ::kill(other.process, 0) != 0 && errno == ESRCH; }
 
 void add_checkpoint(Sentence& sentence) {
-  if (!checkpoint.empty())
-    sentence << " The last checkpoint is " << checkpoint << "; go on with --restart " << checkpoint
-             << ".";
+  if (const std::string_view folder = checkpoint(); !folder.empty())
+    sentence << " The last checkpoint is " << folder << "; go on with --restart " << folder << ".";
   sentence << "\n";
 }
 
@@ -129,18 +133,15 @@ int exchange_process_numbers(MPI_Comm world, Program program, int rank) {
 }
 
 void name_checkpoint(const std::string& folder) {
-  sigset_t term, before;
-  sigemptyset(&term);
-  sigaddset(&term, SIGTERM);
-  sigaddset(&term, SIGALRM);
-  sigprocmask(SIG_BLOCK, &term, &before);
-  checkpoint = folder;
-  sigprocmask(SIG_SETMASK, &before, nullptr);
+  const std::size_t next = 1 - shown;
+  auto& text = checkpoints[next];
+  text[folder.copy(text.data(), text.size() - 1)] = '\0';
+  shown = next;
 }
 
 std::string last_checkpoint_sentence() {
-  if (checkpoint.empty()) return "";
-  return fmt::format(" The last checkpoint is {0}; go on with --restart {0}", checkpoint);
+  if (checkpoint().empty()) return "";
+  return fmt::format(" The last checkpoint is {0}; go on with --restart {0}", checkpoint());
 }
 
 void silence_peers() {

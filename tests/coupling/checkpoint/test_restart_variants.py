@@ -118,3 +118,45 @@ def test_it_goes_on_as_if_nothing_had_been(tmp_path, name):
         apart = np.abs(a[f"mobile/{name}"][behind] - b[f"mobile/{name}"])
         # As in test_restart: round-off grows to 1e-13; what is forgotten shows as 1e-6.
         assert apart.max() < 1e-10, name
+
+
+# A sphere that was told to be elsewhere, or of another size, at the very end of the first part: the fluid's memory
+# of it must be that of the run that makes both parts.
+MOVED = f"""coupled_run steps {HALF}
+group moved id 10
+displace_atoms moved move 0.6 0.4 0 units box
+coupled_run"""
+GROWN = f"""coupled_run steps {HALF}
+group grown id 10
+set group grown diameter 1.1
+coupled_run"""
+ENDS = {"another of the same number": REUSED, "moved": MOVED, "grown": GROWN}
+
+
+@pytest.mark.parametrize("name", ENDS)
+def test_the_first_part_ends_where_the_script_changes_spheres(tmp_path, name):
+    lines = script(tmp_path, {"between": ENDS[name]})
+    whole, first, second = tmp_path / "whole", tmp_path / "first", tmp_path / "second"
+    for out, steps, start in ((whole, HALF + 6, None), (first, HALF, None), (second, 6, first)):
+        result = job(out, "--steps", str(steps), script=lines, **({"restart": start} if start else {}))
+        assert result.status == 0, result.output
+    a, b = numbers(whole / "spheres.h5"), numbers(second / "spheres.h5")
+    behind = a["mobile/step"] > HALF
+    assert np.array_equal(a["mobile/tag"][behind], b["mobile/tag"])
+    for number in ("velocity", "force"):
+        assert np.array_equal(a[f"mobile/{number}"][behind], b[f"mobile/{number}"]), number
+
+
+def test_the_mean_force_is_known_before_the_next_step_is_over(tmp_path):
+    """f_ID[1..6] of the first rows behind a restart, which are those of the last whole step before."""
+    text = (SCENE / "in.liggghts").read_text()
+    mean = 'variable mean equal f_fluid[1]\nfix mean all print 1 "${mean}" file ${out}/mean.txt screen no\n'
+    (tmp_path / "in.liggghts").write_text(text.replace("thermo ", mean + "thermo "))
+    means = {}
+    for out, steps, start in (("whole", 6, None), ("first", 4, None), ("second", 2, tmp_path / "first")):
+        result = job(tmp_path / out, "--steps", str(steps), script=tmp_path / "in.liggghts",
+                     **({"restart": start} if start else {}))  # fmt: skip
+        assert result.status == 0, result.output
+        means[out] = [float(line) for line in (tmp_path / out / "mean.txt").read_text().split("\n")[1:] if line]
+    assert len(means["second"]) == 30 and means["second"][0] != 0.0
+    assert means["second"] == means["whole"][-30:]
