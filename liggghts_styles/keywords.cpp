@@ -42,9 +42,9 @@ const Keyword* find_keyword(std::span<const Keyword> keywords, std::string_view 
 
 }  // namespace
 
-void stop_run(LAMMPS_NS::LAMMPS* lmp, std::string_view sentence) {
+void stop_run(LAMMPS_NS::LAMMPS* lmp, std::string_view sentence, const char* file, int line) {
   const std::string text(sentence);
-  lmp->error->all(__FILE__, __LINE__, text.c_str());
+  lmp->error->all(file, line, text.c_str());
   std::abort();  // Error::all does not return
 }
 

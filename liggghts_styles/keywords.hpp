@@ -101,7 +101,9 @@ class Arguments {
   std::map<std::string_view, std::string> given_;
 };
 
-/// Ends the run on all ranks with one sentence. To be called on every rank.
-[[noreturn]] void stop_run(LAMMPS_NS::LAMMPS* lmp, std::string_view sentence);
+/// Ends the run on all ranks with one sentence, behind which LIGGGHTS names the line of the source.
+/// To be called on every rank.
+[[noreturn]] void stop_run(LAMMPS_NS::LAMMPS* lmp, std::string_view sentence,
+                           const char* file = __builtin_FILE(), int line = __builtin_LINE());
 
 }  // namespace bedload

@@ -174,8 +174,14 @@ void FixCoupleFluid::init() {
                               marker_film_name));
 }
 
-void FixCoupleFluid::setup(int vflag) {
-  post_force(vflag);
+// At the start of a run the forces of the last step are wanted again: films made anew would know
+// the velocities of its end.
+void FixCoupleFluid::setup(int) {
+  add_loads();
+  if (ended_at_ == update->ntimestep)
+    add_films_again();
+  else
+    marker_film_->act(film_->array_atom);
   done_ = {};
   checks_.note_gravity();
   if (!tags_noted_) note_tags();  // not before: Modify::setup gives new properties their defaults
@@ -228,7 +234,7 @@ void FixCoupleFluid::check_before_run() const {
 // f_i += F_i, torque_i += T_i, and the impulse that this gives to the spheres of this rank:
 //   J += sum_i F_i dt
 // What markers leave comes with it; of two that can move it has no impulse.
-void FixCoupleFluid::post_force(int) {
+void FixCoupleFluid::add_loads() {
   double** const held_force = force_->array_atom;
   double** const held_torque = torque_->array_atom;
   for (int i = 0; i < atom->nlocal; ++i) {
@@ -240,6 +246,18 @@ void FixCoupleFluid::post_force(int) {
       done_.angular_impulse[d] += held_torque[i][d] * update->dt;
     }
   }
+}
+
+void FixCoupleFluid::add_films_again() {
+  for (int i = 0; i < atom->nlocal; ++i)
+    for (std::size_t d = 0; d < 3; ++d) {
+      atom->f[i][d] += film_->array_atom[i][d];
+      atom->torque[i][d] += film_->array_atom[i][3 + d];
+    }
+}
+
+void FixCoupleFluid::post_force(int) {
+  add_loads();
   marker_film_->act(film_->array_atom);
   ++substeps_;
   take_mean();

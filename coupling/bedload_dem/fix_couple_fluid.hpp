@@ -104,6 +104,9 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
 
  private:
   void refuse_moves_of_varying_steps() const;
+  void add_loads();
+  /// What markers leave, as in the step just made.
+  void add_films_again();
   void hand_on_loads();
   void book_lost(const LoadRecord& load);
   void hold_loads();

@@ -144,7 +144,8 @@ def test_the_first_part_ends_where_the_script_changes_spheres(tmp_path, name):
     behind = a["mobile/step"] > HALF
     assert np.array_equal(a["mobile/tag"][behind], b["mobile/tag"])
     for number in ("velocity", "force"):
-        assert np.array_equal(a[f"mobile/{number}"][behind], b[f"mobile/{number}"]), number
+        apart = np.abs(a[f"mobile/{number}"][behind] - b[f"mobile/{number}"]).max()
+        assert apart < 1e-10, number  # as above: round-off, and what is forgotten shows as 0.07 and more
 
 
 def test_the_mean_force_is_known_before_the_next_step_is_over(tmp_path):
@@ -159,4 +160,35 @@ def test_the_mean_force_is_known_before_the_next_step_is_over(tmp_path):
         assert result.status == 0, result.output
         means[out] = [float(line) for line in (tmp_path / out / "mean.txt").read_text().split("\n")[1:] if line]
     assert len(means["second"]) == 30 and means["second"][0] != 0.0
-    assert means["second"] == means["whole"][-30:]
+    assert means["second"] == pytest.approx(means["whole"][-30:], rel=1e-9)  # round-off of another plan of the transforms
+
+
+def test_an_insertion_that_was_over_stays_over(tmp_path):
+    """The first part ends behind the last grain put in and before the script's second coupled_run."""
+    insertion = RATE.replace("nparticles 30", "nparticles 2")
+    assert insertion != RATE
+    lines = script(tmp_path, {"insertion": insertion, "between": f"coupled_run steps {HALF + 3}\ncoupled_run"})
+    whole, first, second = tmp_path / "whole", tmp_path / "first", tmp_path / "second"
+    for out, steps, start in ((whole, HALF + 8, None), (first, HALF, None), (second, 8, first)):
+        result = job(out, "--steps", str(steps), script=lines, **({"restart": start} if start else {}))
+        assert result.status == 0, result.output
+        assert "Inserting no particle" not in result.output, result.output
+    a, b = numbers(whole / "spheres.h5"), numbers(second / "spheres.h5")
+    behind = a["mobile/step"] > HALF
+    assert np.array_equal(a["mobile/tag"][behind], b["mobile/tag"])
+    assert np.abs(a["mobile/velocity"][behind] - b["mobile/velocity"]).max() < 1e-10
+    assert len(set(b["mobile/tag"])) == len(set(a["mobile/tag"][a["mobile/step"] == HALF])) > 2
+
+
+@pytest.mark.parametrize("steps", [6, 12, 18])
+def test_a_coupled_run_in_pieces_is_one_run(tmp_path, steps):
+    """Grains in contact and in films; what markers leave between them, made anew at a cut, gave 1e-7 of the speed."""
+    whole, pieces = tmp_path / "whole", tmp_path / "pieces"
+    result = job(whole, "--steps", str(HALF))
+    assert result.status == 0, result.output
+    result = job(pieces, "--steps", str(HALF),
+                 script=script(tmp_path, {"between": f"coupled_run steps {steps}\ncoupled_run"}))  # fmt: skip
+    assert result.status == 0, result.output
+    a, b = numbers(whole / "spheres.h5"), numbers(pieces / "spheres.h5")
+    for number in ("velocity", "angular_velocity", "force"):
+        assert np.abs(a[f"mobile/{number}"] - b[f"mobile/{number}"]).max() < 1e-10, number
