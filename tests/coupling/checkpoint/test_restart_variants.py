@@ -180,15 +180,17 @@ def test_an_insertion_that_was_over_stays_over(tmp_path):
     assert len(set(b["mobile/tag"])) == len(set(a["mobile/tag"][a["mobile/step"] == HALF])) > 2
 
 
-@pytest.mark.parametrize("steps", [6, 12, 18])
+@pytest.mark.parametrize("steps", [1, 4, 9])
 def test_a_coupled_run_in_pieces_is_one_run(tmp_path, steps):
-    """Grains in contact and in films; what markers leave between them, made anew at a cut, gave 1e-7 of the speed."""
-    whole, pieces = tmp_path / "whole", tmp_path / "pieces"
-    result = job(whole, "--steps", str(HALF))
-    assert result.status == 0, result.output
-    result = job(pieces, "--steps", str(HALF),
-                 script=script(tmp_path, {"between": f"coupled_run steps {steps}\ncoupled_run"}))  # fmt: skip
-    assert result.status == 0, result.output
-    a, b = numbers(whole / "spheres.h5"), numbers(pieces / "spheres.h5")
+    """A grain that slides over the bed within a cell: what markers leave between them is that of the run before."""
+    near = (SCENE / "in.liggghts").read_text().replace("single 1.95 1.75 1.1", "single 1.95 1.32 1.1")
+    found = {}
+    for name, runs in (("whole", "coupled_run\n"), ("pieces", f"coupled_run steps {steps}\ncoupled_run\n")):
+        lines = tmp_path / f"{name}.liggghts"
+        lines.write_text(near.removesuffix("coupled_run\n") + runs)
+        result = job(tmp_path / name, "--steps", "12", script=lines)
+        assert result.status == 0, result.output
+        found[name] = numbers(tmp_path / name / "spheres.h5")
     for number in ("velocity", "angular_velocity", "force"):
-        assert np.abs(a[f"mobile/{number}"] - b[f"mobile/{number}"]).max() < 1e-10, number
+        apart = np.abs(found["whole"][f"mobile/{number}"] - found["pieces"][f"mobile/{number}"]).max()
+        assert apart < 1e-11, number  # round-off; films made anew at the cut change the speed by 1e-9 to 1e-8
