@@ -153,7 +153,10 @@ def test_what_remains():
     wide = [run(f[0], 5.0), run(f[1]), run(f[2]), "ended"]
     error, half, source = remaining(tried, wide, "q", 5.0)
     assert half > 0.1 and "within the interval" in source
-    assert "no other grid" in remaining(tried, [run(5.0), "ended", "ended", run(9.0)], "q", 5.0)[2]
+    # A coarser grid alone says nothing of the scene's own error, the finest grid being its own.
+    for coarser in (run(f[1]), "ended"):
+        error, half, source = remaining(tried, [run(5.0), coarser, "ended", run(9.0)], "q", 5.0)
+        assert math.isnan(error) and math.isnan(half) and source == "no finer grid ran"
 
 
 def test_the_price_is_that_of_the_whole_scene():
@@ -165,6 +168,9 @@ def test_the_price_is_that_of_the_whole_scene():
     line = accuracy_scene.last_line(find_scene("channel180"), run, 0.1, 0.05, "why", "q", 10, 100.0)
     assert "3 core-seconds a step, 1 core-hours" in line
     assert "q +10.0 ± 5.0 % (why)" in line
+    unknown = (math.nan, math.nan, "no finer grid ran")
+    line = accuracy_scene.last_line(find_scene("channel180"), run, *unknown, "q", 10, 100.0)
+    assert "q error not known (no finer grid ran), 3 core-seconds" in line and "nan" not in line
 
 
 def test_the_table_stands_against_the_finest_grid():
