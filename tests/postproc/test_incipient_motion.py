@@ -23,7 +23,7 @@ from bedload_post.incipient_motion import (
 )
 from bedload_post.outputs import Run
 from bedload_studies import threshold, threshold_report
-from synthetic import wandering_story, write_run
+from synthetic import SETTINGS, wandering_story, write_run
 
 
 def value(mean, half=0.0):
@@ -232,15 +232,46 @@ def test_a_kept_threshold_is_written_anew(tmp_path):
     assert (tmp_path / "motion.png").read_bytes() == b"kept"
 
 
+def write_study(folder, shields=0.03):
+    """Runs of a study of six cells and 2.5 flow-throughs, whose scene has their settings; words of its command."""
+    scene = folder / "scene"
+    scene.mkdir()
+    (scene / "fluid.toml").write_text(SETTINGS.format(nx=80, ny=45, nz=40), encoding="utf-8")
+    variables = {"model": "rpm", "placing": "dropped", "gravity": "0.99"}
+    lines = [f"variable {name} index {value}\nprint ${{{name}}}\n" for name, value in variables.items()]
+    (scene / "in.liggghts").write_text("".join(lines), encoding="utf-8")
+    for name in ("bed", "rpm-0.03", "actm-0.03"):
+        settings = write_run(folder / name, wandering_story(), cells=(96, 54, 48)) / "settings.toml"
+        gravity = 0.004 * 8.0 / (0.25 * shields)  # u_tau^2 of the driving force
+        settings.write_text(settings.read_text().replace("-0.99", "-0.99" if name == "bed" else repr(-gravity)))
+    return ["--scene", str(scene), "--report-only", "--models", "rpm", "actm", "--shields", "0.03", "--cells", "6",
+            "--throughs", "2.5", "--discard", "0.1", "--out", str(folder)]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("shields", "words", "sentence"),
+    [
+        (0.03, ["--cells", "8"], "bed holds a run without grid.cells="),
+        (0.03, ["--throughs", "12"], "bed holds a run without time.end=192.0"),
+        (0.03, ["--scene", "setup2_small"], "bed holds a run without grid.length="),
+        (0.02, [], "rpm-0.03 holds a run at a Shields number of 0.02, not 0.03"),
+    ],
+)
+def test_a_report_is_of_the_runs_that_its_command_says(tmp_path, shields, words, sentence):
+    """Its page is made from the command: grid, length, scene and Shields numbers have to be those of the runs."""
+    parser = argparse.ArgumentParser()
+    threshold.add_options(parser)
+    with pytest.raises(UserError, match=sentence):
+        threshold.run(parser.parse_args([*write_study(tmp_path, shields), *words]))
+
+
 def test_a_run_that_is_not_over_is_left_out_of_the_report(tmp_path, capsys):
     """At the Shields number whose maps of motion are drawn, too."""
-    for name in ("bed", "rpm-0.03", "actm-0.03"):
-        write_run(tmp_path / name, wandering_story())
+    line = write_study(tmp_path)
     samples = tmp_path / "rpm-0.03" / "spheres.h5"
     samples.rename(samples.with_name("spheres.h5.part"))
     parser = argparse.ArgumentParser()
     threshold.add_options(parser)
-    line = ["--report-only", "--models", "rpm", "actm", "--shields", "0.03", "--discard", "0.1", "--out", str(tmp_path)]
     assert threshold.run(parser.parse_args(line)) == 0
     said = capsys.readouterr().out
     assert "left out of the report" in said and "rpm-0.03/spheres.h5.part is of a run that goes on" in said
@@ -257,12 +288,10 @@ def test_a_run_that_is_not_over_is_left_out_of_the_report(tmp_path, capsys):
 @pytest.mark.parametrize("table", ["collisions.csv", "collisions_open.csv"])
 def test_a_run_without_its_contacts_ends_the_study(tmp_path, table):
     """It is no run that is only too short: with its contacts at rest counted as jumps it would look like one."""
-    for name in ("bed", "rpm-0.03", "actm-0.03"):
-        write_run(tmp_path / name, wandering_story())
+    line = write_study(tmp_path)
     (tmp_path / "rpm-0.03" / table).unlink()
     parser = argparse.ArgumentParser()
     threshold.add_options(parser)
-    line = ["--report-only", "--models", "rpm", "actm", "--shields", "0.03", "--discard", "0.1", "--out", str(tmp_path)]
     with pytest.raises(UserError, match=f"rpm-0.03 has no {table}"):
         threshold.run(parser.parse_args(line))
 
