@@ -209,9 +209,9 @@ def experiment(plan: Plan, options: argparse.Namespace) -> Experiment:
     half_width = friction * bed.reynolds_interval / bed.reynolds
     settings, points, runs = plan.settings, [], [bare]
     outputs: dict[tuple[str, float], Run] = {}
-    for shields in sorted(options.shields):
+    for shields in sorted(set(options.shields)):
         gravity = gravity_for(shields, friction, settings)
-        for model in options.models:
+        for model in dict.fromkeys(options.models):
             member = plan.member(model, shields, gravity)
             if not options.report_only:
                 complete(member, plan, ranks)

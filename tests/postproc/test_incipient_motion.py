@@ -265,6 +265,14 @@ def test_a_report_is_of_the_runs_that_its_command_says(tmp_path, shields, words,
         threshold.run(parser.parse_args([*write_study(tmp_path, shields), *words]))
 
 
+def test_a_run_that_is_asked_for_twice_counts_once(tmp_path):
+    parser = argparse.ArgumentParser()
+    threshold.add_options(parser)
+    line = [*write_study(tmp_path), "--models", "actm", "rpm", "actm", "--shields", "0.03", "0.030"]
+    assert threshold.run(parser.parse_args(line)) == 0
+    assert [p.model for p in threshold_report.read(tmp_path / "report").points] == ["actm", "rpm"]
+
+
 def test_a_run_that_is_not_over_is_left_out_of_the_report(tmp_path, capsys):
     """At the Shields number whose maps of motion are drawn, too."""
     line = write_study(tmp_path)
