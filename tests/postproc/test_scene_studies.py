@@ -325,10 +325,19 @@ def test_the_step_that_is_in_force_is_turned():
     assert (follows.name, follows.keys(3.0)) == ("time.cfl", ["time.cfl=3.0", "time.step=0.2"])
 
 
+@pytest.mark.parametrize("value", ["0", "0.0", "-1", "inf", "nan"])
+def test_a_number_without_multiples_is_not_turned(value):
+    """Of grains that begin in contact, say: no factor leads from there."""
+    settings = {"time": {"step": 0.1}, "coupling": {"exchange": "stage", "dem_steps": 15}}
+    turned = stability_scene.knobs(settings, {"density": value, "gap": value})
+    assert [knob.name for knob in turned] == ["step"]
+    assert "density" in stability_scene.not_turned(turned) and "gap" in stability_scene.not_turned(turned)
+
+
 def test_limits_that_a_scene_offers_no_number_for_are_named():
     step, density = (Knob(name, 1.0, True) for name in ("step", "density"))
     assert stability_scene.not_turned([step, density]) == (
-        "Not turned: LIGGGHTS' steps (already the fewest), gap (the script has no 'variable gap index NUMBER')."
+        "Not turned: LIGGGHTS' steps (already the fewest), gap (the script has no 'variable gap index NUMBER' above 0)."
     )
     everything = [Knob(name, 1.0, False) for name in ("step", "LIGGGHTS' steps", "density", "gap")]
     assert stability_scene.not_turned(everything) == ""
