@@ -37,8 +37,8 @@ class Point:
 
 @dataclass(frozen=True)
 class Threshold:
-    """A critical Shields number and its 95 % interval, whose ends are 0 and inf where the points do not reach them;
-    nan where they do not reach the number."""
+    """A critical Shields number and the interval in which it is, whose ends are 0 and inf where the points do not reach
+    them; nan where they do not reach the number."""
 
     value: float
     low: float
@@ -101,16 +101,19 @@ def crossing(shields: ArrayLike, share: ArrayLike, level: float = IN_MOTION) -> 
 
 
 def threshold_of_share(points: Sequence[Point], level: float = IN_MOTION) -> Threshold:
-    """Where `level` of the grains are in motion: the crossing of the means; its interval from the
-    crossings of the intervals' upper and lower ends."""
-    theta = [p.shields for p in points]
+    """Where `level` of the grains are in motion: the crossing of the means by straight lines, which is a guess.
+
+    Between two Shields numbers nothing is known but that the share grows: the interval is from the last one at which
+    the share's whole interval is below `level` to the first beyond the crossing at which all of it is above.
+    """
+    theta = np.array([p.shields for p in points])
     mean = np.array([p.moving.mean for p in points])
     half = np.array([p.moving.half_width for p in points])
     value = crossing(theta, mean, level)
     if math.isnan(value):
         return UNKNOWN
-    low, high = crossing(theta, mean + half, level), crossing(theta, mean - half, level)
-    return Threshold(value, 0.0 if math.isnan(low) else low, math.inf if math.isnan(high) else high)
+    below, above = theta[mean + half < level], theta[(mean - half > level) & (theta > value)]
+    return Threshold(value, float(below.max(initial=0.0)), float(above.min(initial=math.inf)))
 
 
 def threshold_of_transport(

@@ -44,6 +44,8 @@ class Transport:
     moving_parts: np.ndarray = field(init=False)  # of grains that do not rest
     spin_parts: np.ndarray = field(default_factory=lambda: _empty(SPIN_EDGES))
     velocity_parts: np.ndarray = field(default_factory=lambda: _empty(VELOCITY_EDGES))
+    # Samples and sum of |omega_3| by part and state, whatever its size.
+    spin_sums: np.ndarray = field(default_factory=lambda: np.zeros((2, PARTS, len(NAMES))))
 
     def __post_init__(self) -> None:
         self.height_parts, self.moving_parts = _empty(self.heights), _empty(self.heights)
@@ -168,7 +170,11 @@ class Transport:
 
     def mean_spin(self, state: int) -> tuple[float, float]:
         """Mean |omega_3| in a state and the half width of its interval; nan where there is none."""
-        return _mean_and_interval(np.abs(_centres(SPIN_EDGES)), self.spin_parts[:, state])
+        samples, sums = self.spin_sums[..., state]
+        total = samples.sum()
+        with np.errstate(invalid="ignore", divide="ignore"):
+            half = half_width_of(sums / samples)
+        return (float(sums.sum() / total) if total else float("nan")), half
 
     def spread_of_height(self) -> tuple[float, float]:
         """Standard deviation of y/D and the half width of its interval."""
@@ -328,6 +334,9 @@ class _Counter:
             place, inside = _bins(edges, values)
             place += counts.shape[2] * (3 * of_part[inside] + state[inside]).ravel()
             counts += np.bincount(place, sample[inside].ravel(), counts.size).reshape(counts.shape)
+        place = (len(NAMES) * of_part + state).ravel()
+        for sums, weights in zip(r.spin_sums, (sample, sample * np.abs(spin)), strict=True):
+            sums += np.bincount(place, weights.ravel(), sums.size).reshape(sums.shape)
 
     def _states(self, time: np.ndarray, grains: np.ndarray) -> np.ndarray:
         """State of each grain (n) at each instant (m); shape (m, n)."""

@@ -141,12 +141,15 @@ def rows_of(tried: list[Choice], runs: list[Priced | str], name: str, since: flo
 def remaining(
     tried: list[Choice], runs: list[Priced | str], name: str, since: float
 ) -> tuple[float, float, str]:
-    """The scene's own error of 1 and its interval, and what it is from."""
+    """The scene's own error of 1 and its interval, and what it is from; nan, and why, where no finer grid ran: a
+    coarser one alone says nothing of it."""
     own = runs[0]
     grids_ = [(c.h, r.answers[name]) for c, r in zip(tried, runs, strict=True) if c.h and isinstance(r, Priced)]
-    if not isinstance(own, Priced) or len(grids_) < 2:
-        return math.nan, math.nan, "no other grid ran"
+    if not isinstance(own, Priced):
+        return math.nan, math.nan, "it did not run"
     number, best = finest(tried, runs)
+    if number == 0:
+        return math.nan, math.nan, "no finer grid ran"
     change, half = paired(own.answers[name], best.answers[name], since)
     if len(grids_) == 3 and abs(change) > half:
         # Of the finest grid's answer: 1 with its sign, and what the others differ by at equal times.
@@ -171,9 +174,10 @@ def last_line(
     count = s["spheres"]["forcing_loops"]
     loops = f", {count} forcing loop{'s' * (count > 1)}" if scene.has_spheres() else ""
     cells = " x ".join(map(str, s["grid"]["cells"]))
+    known = f"{100 * error:+.1f} ± {100 * half:.1f} %" if math.isfinite(error) else "error not known"
     return (
         f"This setting ({cells} cells, step {s['time']['step']:g}, {s['accuracy']['precision']} precision{loops}): "
-        f"{name} {100 * error:+.1f} ± {100 * half:.1f} % ({source}), "
+        f"{name} {known} ({source}), "
         f"{run.price / taken:.3g} core-seconds a step, {whole / 3600:.2g} core-hours to the scene's end."
     )
 

@@ -142,7 +142,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def members(options: argparse.Namespace, scene: Scene) -> list[Member]:
-    """All runs: every model at every density ratio."""
+    """All runs: every model at every density ratio, once each however often it was given."""
     densities: Sequence[float | None] = options.densities or [None]
     if options.densities is None and scene.name.startswith("setup1"):
         densities = PAPER_DENSITIES
@@ -151,8 +151,8 @@ def members(options: argparse.Namespace, scene: Scene) -> list[Member]:
     if with_bed(options, scene):
         out = (options.out / f"{scene.name}-{BED}").resolve()
         found.append(Member(scene, "actm", None, options.gravity, out, bed_variables(options, scene)))
-    for density in densities:
-        for asked in options.models:
+    for density in dict.fromkeys(densities):
+        for asked in dict.fromkeys(options.models):
             model = choose_model(scene, asked) or asked
             name = f"{scene.name}-{model}" + ("" if density is None else f"-{density:g}")
             given = read_variables(scene, model, variables_for(options, scene, model))

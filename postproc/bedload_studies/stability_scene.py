@@ -122,7 +122,7 @@ def one_variable(name: str, value: float) -> dict[str, str]:
 
 def knobs(settings: dict, declared: dict[str, str]) -> list[Knob]:
     """What the scene can be turned at: the density of its grains and a gap where its script has such
-    variables."""
+    variables and they are above 0, of which there are multiples."""
     step, cfl = settings["time"]["step"], settings["time"].get("cfl", 0.0)
     found = [Knob("step", step, True, keys=lambda v: [f"time.step={v!r}"])]
     if cfl > 0.0:  # the step follows the flow: time.step alone would be no more than its upper end
@@ -133,7 +133,8 @@ def knobs(settings: dict, declared: dict[str, str]) -> list[Knob]:
         if sub > multiple:
             found.append(Knob("LIGGGHTS' steps", sub, False, keys=sub_steps, whole=multiple))
     for name in ("density", "gap"):
-        if (value := number(declared.get(name, ""))) is not None:
+        value = number(declared.get(name, ""))
+        if value is not None and math.isfinite(value) and value > 0.0:
             found.append(Knob(name, value, False, variables=partial(one_variable, name)))
     return found
 
@@ -150,7 +151,7 @@ def not_turned(turned: list[Knob]) -> str:
     """A sentence on what the scene offers no number for; empty where it offers all."""
     names = {knob.name for knob in turned}
     wanted = [name for name in ("density", "gap") if name not in names]
-    missing = [f"{name} (the script has no 'variable {name} index NUMBER')" for name in wanted]
+    missing = [f"{name} (the script has no 'variable {name} index NUMBER' above 0)" for name in wanted]
     if "LIGGGHTS' steps" not in names:
         missing.insert(0, "LIGGGHTS' steps (already the fewest)")
     return f"Not turned: {', '.join(missing)}." if missing else ""

@@ -29,6 +29,13 @@ from . import made_by, models
 from .kept_numbers import refuse_others
 from .threshold_report import Experiment, rewrite, write
 
+# Of the scene, what the report says or its numbers are made with.
+SCENE_KEYS = (
+    ("grid", "length"), ("fluid", "density"), ("fluid", "kinematic_viscosity"), ("reference", "velocity"),
+    ("reference", "diameter"), ("reference", "sphere_density"),
+)  # fmt: skip
+MAY_DIFFER = ("time.step", "statistics.", "output.")
+SAME_SHIELDS = 1e-6  # between the Shields number of a run and the one that it was made for, by round-off
 SHIELDS = (0.01, 0.017, 0.024, 0.033, 0.045, 0.06, 0.085, 0.12)
 
 
@@ -137,6 +144,23 @@ def gravity_for(shields: float, friction: float, settings: dict) -> float:
     return friction**2 / (excess * shields * reference["diameter"])
 
 
+def refuse_other(out: Path, plan: Plan) -> None:
+    """Raises UserError where the run in `out` is of another scene, grid or length than the plan."""
+    settings = plan.settings
+    scene = [f"{table}.{key}={settings[table][key]!r}" for table, key in SCENE_KEYS]
+    models.refuse_other(out, [*scene, *plan.overrides()], MAY_DIFFER)
+
+
+def refuse_other_shields(run: Run, shields: float, friction: float, discard: float) -> None:
+    """Raises UserError where the run's own gravity gives another Shields number than `shields`."""
+    weight = run.submerged_weight / run.value("fluid.density")
+    found = friction**2 / (weight * run.diameter)
+    if abs(found - shields) > SAME_SHIELDS * shields:
+        raise UserError(f"{run.folder} holds a run at a Shields number of {found:.6g}, not {shields:g}, with the bed's "
+                        f"friction after {discard:g} flow-throughs: give the --discard that it was made with, "
+                        "or name another folder with --out.")  # fmt: skip
+
+
 def point_of(run: Run, model: str, shields: float, since: float) -> Point:
     """The numbers of one run from the time `since` on."""
     grains = measure(run, since)
@@ -175,7 +199,9 @@ def experiment(plan: Plan, options: argparse.Namespace) -> Experiment:
     """All runs, or what there is of them, and their points."""
     ranks, since = job.Ranks.parse(options.ranks), plan.discard * plan.time_unit
     bare = plan.bare_bed()
-    if not options.report_only:
+    if options.report_only:
+        refuse_other(bare.out, plan)
+    else:
         complete(bare, plan, ranks)
     bed_run = Run(bare.out)
     bed = models.measured_bed(bed_run, plan.discard)
@@ -183,14 +209,17 @@ def experiment(plan: Plan, options: argparse.Namespace) -> Experiment:
     half_width = friction * bed.reynolds_interval / bed.reynolds
     settings, points, runs = plan.settings, [], [bare]
     outputs: dict[tuple[str, float], Run] = {}
-    for shields in sorted(options.shields):
+    for shields in sorted(set(options.shields)):
         gravity = gravity_for(shields, friction, settings)
-        for model in options.models:
+        for model in dict.fromkeys(options.models):
             member = plan.member(model, shields, gravity)
             if not options.report_only:
                 complete(member, plan, ranks)
             try:
                 run = Run(member.out)
+                if options.report_only:
+                    refuse_other(member.out, plan)
+                    refuse_other_shields(run, shields, friction, plan.discard)
                 points.append(point_of(run, model, shields, since))
                 outputs[model, shields] = run
                 runs.append(member)

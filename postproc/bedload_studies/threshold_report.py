@@ -82,8 +82,15 @@ def verdict(found: Threshold, points: Sequence[Point], expected: float) -> str:
             return f"{found}: cannot be told from Shields' curve, {expected:.4f}, towards which its interval is open"
         return f"{found}: agrees with Shields' curve, {expected:.4f}, within its interval"
     side = "earlier" if found.value < expected else "later"
-    factor = max(found.value / expected, expected / found.value)
-    return f"{found}: begins to move {side} than Shields' curve, {expected:.4f}, by a factor {factor:.2f}"
+    factors = (found.low / expected, found.high / expected)
+    if side == "earlier":
+        factors = (expected / found.high, expected / found.low if found.low > 0.0 else math.inf)
+    return f"{found}: begins to move {side} than Shields' curve, {expected:.4f}, by a factor of {between(*factors)}"
+
+
+def between(low: float, high: float) -> str:
+    """An interval of factors in words; `high` may be inf."""
+    return f"{low:.2f} to {high:.2f}" if math.isfinite(high) else f"at least {low:.2f}"
 
 
 def beside_exposed(found: Threshold) -> str:
@@ -95,7 +102,7 @@ def beside_exposed(found: Threshold) -> str:
         return f"; cannot be told from that of exposed grains, {exposed:g}"
     if found.holds(exposed):
         return f"; agrees with that of exposed grains, {exposed:g}"
-    return f"; {found.value / exposed:.2f} times that of exposed grains, {exposed:g}"
+    return f"; {between(found.low / exposed, found.high / exposed)} times that of exposed grains, {exposed:g}"
 
 
 def opening(found: Experiment) -> str:
@@ -274,6 +281,10 @@ def _thresholds(found: Experiment) -> list[str]:
         lines.append(f"- {model}: {verdict(threshold, points, expected)}{beside_exposed(threshold)}.")
     return [
         *lines,
+        "",
+        "The interval by the share in motion is from the last Shields number computed whose share, ± and all, is below "
+        f"{100 * motion.IN_MOTION:g} % to the first that is above; the number in front of it is by straight lines "
+        "between the points, a guess.",
         "",
         "Shields' curve is for grains in a level bed. Grains that lie on a fixed layer, in its pockets, stand 0.82 D "
         "above the grains under them; such grains are reported to move from "

@@ -33,6 +33,12 @@ def test_setup2_has_one_run_a_model(tmp_path):
     assert [m.model for m in alone] == ["rpm", "rpm_hw", "actm", "actm_hw"]
 
 
+def test_what_is_given_twice_is_one_run():
+    given = options("--no-bed", "--models", "actm", "rpm", "actm", "--densities", "1.75", "1.25", "1.750")
+    runs = models.members(given, find_scene("setup1_small"))
+    assert [(m.density, m.model) for m in runs] == [(1.75, "actm"), (1.75, "rpm"), (1.25, "actm"), (1.25, "rpm")]
+
+
 def test_variables_reach_the_bed_without_grains():
     """Another box, say; not the keywords of a collision model, which would be another's."""
     scene = find_scene("setup2_small")

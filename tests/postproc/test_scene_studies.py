@@ -153,7 +153,10 @@ def test_what_remains():
     wide = [run(f[0], 5.0), run(f[1]), run(f[2]), "ended"]
     error, half, source = remaining(tried, wide, "q", 5.0)
     assert half > 0.1 and "within the interval" in source
-    assert "no other grid" in remaining(tried, [run(5.0), "ended", "ended", run(9.0)], "q", 5.0)[2]
+    # A coarser grid alone says nothing of the scene's own error, the finest grid being its own.
+    for coarser in (run(f[1]), "ended"):
+        error, half, source = remaining(tried, [run(5.0), coarser, "ended", run(9.0)], "q", 5.0)
+        assert math.isnan(error) and math.isnan(half) and source == "no finer grid ran"
 
 
 def test_the_price_is_that_of_the_whole_scene():
@@ -165,6 +168,9 @@ def test_the_price_is_that_of_the_whole_scene():
     line = accuracy_scene.last_line(find_scene("channel180"), run, 0.1, 0.05, "why", "q", 10, 100.0)
     assert "3 core-seconds a step, 1 core-hours" in line
     assert "q +10.0 ± 5.0 % (why)" in line
+    unknown = (math.nan, math.nan, "no finer grid ran")
+    line = accuracy_scene.last_line(find_scene("channel180"), run, *unknown, "q", 10, 100.0)
+    assert "q error not known (no finer grid ran), 3 core-seconds" in line and "nan" not in line
 
 
 def test_the_table_stands_against_the_finest_grid():
@@ -319,10 +325,19 @@ def test_the_step_that_is_in_force_is_turned():
     assert (follows.name, follows.keys(3.0)) == ("time.cfl", ["time.cfl=3.0", "time.step=0.2"])
 
 
+@pytest.mark.parametrize("value", ["0", "0.0", "-1", "inf", "nan"])
+def test_a_number_without_multiples_is_not_turned(value):
+    """Of grains that begin in contact, say: no factor leads from there."""
+    settings = {"time": {"step": 0.1}, "coupling": {"exchange": "stage", "dem_steps": 15}}
+    turned = stability_scene.knobs(settings, {"density": value, "gap": value})
+    assert [knob.name for knob in turned] == ["step"]
+    assert "density" in stability_scene.not_turned(turned) and "gap" in stability_scene.not_turned(turned)
+
+
 def test_limits_that_a_scene_offers_no_number_for_are_named():
     step, density = (Knob(name, 1.0, True) for name in ("step", "density"))
     assert stability_scene.not_turned([step, density]) == (
-        "Not turned: LIGGGHTS' steps (already the fewest), gap (the script has no 'variable gap index NUMBER')."
+        "Not turned: LIGGGHTS' steps (already the fewest), gap (the script has no 'variable gap index NUMBER' above 0)."
     )
     everything = [Knob(name, 1.0, False) for name in ("step", "LIGGGHTS' steps", "density", "gap")]
     assert stability_scene.not_turned(everything) == ""

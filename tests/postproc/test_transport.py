@@ -59,6 +59,21 @@ def test_samples_know_the_state_of_their_phase(measured):
     assert measured.velocities.sum() == pytest.approx(measured.samples)
 
 
+def test_the_mean_spin_is_that_of_the_samples(measured, tmp_path):
+    """Not of the bins of its distribution, 0.025 wide from -3 to 3; grains at rest do not turn."""
+    found = [measured.mean_spin(state)[0] for state in (RESTING, CREEPING, JUMPING)]
+    assert found == pytest.approx([0.0, 0.5, 0.4], abs=3e-3)  # one sample of 200 at a change of state
+    story = Story(samples_per_time=100).piece(2.0, contact=True)
+    for spin in (-0.01, 4.0, -0.01, 4.0):
+        story.piece(2.0, (1.0, 0, 0), spin_z=spin, jump_height=0.3).touch(1e-3)
+    fast = transport.measure(Run(write_run(tmp_path / "run", even(story.piece(2.0, contact=True)))))
+    mean, half = fast.mean_spin(JUMPING)
+    assert mean == pytest.approx(2.005, abs=0.02)
+    # Ten parts of 1.2, the first and the last without a jump, two of both spins; t_{0.975, 7} = 2.365.
+    parts = [0.01, 0.01, (0.01 + 2 * 4) / 3, 4.0, 0.01, (2 * 0.01 + 4) / 3, 4.0, 4.0]
+    assert half == pytest.approx(2.365 * np.std(parts, ddof=1) / np.sqrt(8), rel=0.02)
+
+
 def test_densities_integrate_to_one(measured):
     for x, density in (measured.height_pdf(), measured.velocity_pdf(JUMPING)):
         assert (density * (x[1] - x[0])).sum() == pytest.approx(1.0, abs=1e-12)
