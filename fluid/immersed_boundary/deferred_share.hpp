@@ -62,18 +62,22 @@ inline double deferred_angular_share(double setting, double density, double flui
 ///   s = 0.2 rho_p/rho_f
 ///
 /// it dies away for C < 9. What the old pressure does not take over comes with the deferred
-/// impulse, later: a sphere lighter than half the fluid swings by that even where it is alone, and
-/// one that moves once a step up to a ratio of 1. So those keep the quarter (`./bedload study
-/// stability`, cases crowd, density_ratio and density_ratio_step).
+/// impulse, later: a sphere lighter than half the fluid swings by that for some stages after a
+/// kick, and one that moves once a step does up to a ratio of 1. So a light one that is alone keeps
+/// the quarter, and those that move once a step do (`./bedload study stability`, cases crowd,
+/// density_ratio and density_ratio_step). Several light ones do not: a quarter makes groups of them
+/// go wild with any step.
 /// @param setting spheres.pressure_share; negative: chosen here
 /// @param density of the lightest mobile sphere, 0: none is known
 /// @param fluid_density of the same unit [M/L^3]  @param each_stage whether spheres move in it
+/// @param several whether there is another mobile sphere
 inline double old_pressure_share(double setting, double density, double fluid_density,
-                                 bool each_stage) {
-  constexpr double largest = 0.25, of_light = 0.2, lightest_ratio = 0.5;
+                                 bool each_stage, bool several) {
+  constexpr double largest = 0.25, of_light = 0.2, lightest_alone = 0.5;
   if (setting >= 0.0) return setting;
   const double ratio = density / fluid_density;
-  return each_stage && ratio >= lightest_ratio ? std::min(largest, of_light * ratio) : largest;
+  const bool for_neighbours = ratio >= lightest_alone || (several && ratio > 0.0);
+  return each_stage && for_neighbours ? std::min(largest, of_light * ratio) : largest;
 }
 
 }  // namespace bedload

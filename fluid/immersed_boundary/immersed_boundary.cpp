@@ -125,18 +125,23 @@ void ImmersedBoundary<Real>::move_spheres(std::span<const SphereState> mobile, d
 }
 
 /// What is to be done on every rank: one whose spheres stay still has a part in the weights of its
-/// neighbours' markers. Notes how high spheres reach on any, and how light the lightest is.
+/// neighbours' markers. Notes how high spheres reach on any, how light the lightest mobile one is,
+/// and whether there are several.
 template <class Real>
 typename ImmersedBoundary<Real>::Change ImmersedBoundary<Real>::most_of_all(Change here) {
   constexpr double none = std::numeric_limits<double>::infinity();
-  double lightest = none;
-  for (const Mobile& sphere : mobile_)
+  double lightest = none, first_tag = none, last_tag = -none;
+  for (const Mobile& sphere : mobile_) {
     if (sphere.state.density > 0.0) lightest = std::min(lightest, sphere.state.density);
-  std::array<double, 3> most{static_cast<double>(here), static_cast<double>(highest_reached_here()),
-                             -lightest};
-  MPI_Allreduce(MPI_IN_PLACE, most.data(), 3, MPI_DOUBLE, MPI_MAX, decomposition_.comm());
+    first_tag = std::min(first_tag, static_cast<double>(sphere.state.tag));
+    last_tag = std::max(last_tag, static_cast<double>(sphere.state.tag));
+  }
+  std::array<double, 5> most{static_cast<double>(here), static_cast<double>(highest_reached_here()),
+                             -lightest, -first_tag, last_tag};
+  MPI_Allreduce(MPI_IN_PLACE, most.data(), 5, MPI_DOUBLE, MPI_MAX, decomposition_.comm());
   highest_reached_ = static_cast<int>(most[1]);
   lightest_density_ = -most[2] == none ? 0.0 : -most[2];
+  several_mobile_ = -most[3] < most[4];
   return static_cast<Change>(static_cast<int>(most[0]));
 }
 

@@ -114,10 +114,10 @@ class ImmersedBoundary {
   int highest_reached() const { return highest_reached_; }
 
   /// Share of each stage's pressure correction that the old pressure takes over, by the lightest
-  /// mobile sphere on any rank.
+  /// mobile sphere on any rank, and by whether there is more than one.
   double pressure_share() const {
     return old_pressure_share(pressure_share_, lightest_density_, density_,
-                              exchange_ == Exchange::stage);
+                              exchange_ == Exchange::stage, several_mobile_);
   }
 
   /// Adds the forcing of a stage of length `stage_step` [T] to the velocity (three components). The
@@ -302,6 +302,7 @@ class ImmersedBoundary {
   Field<Real> scratch_;  ///< planes up to the highest sphere; zero between calls
   int planes_reached_ = 0, highest_reached_ = 0;
   double lightest_density_ = 0.0;  ///< of the mobile spheres on any rank; 0: none is known
+  bool several_mobile_ = false;    ///< mobile spheres on all ranks together
   int placings_ = 0, weighings_ = 0;
   bool weighed_here_ = true;  ///< the mobile spheres' markers, where these are now
   double share_at_pores_;     ///< with which they are weighed

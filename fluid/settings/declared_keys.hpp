@@ -162,8 +162,9 @@ void declare_keys(Settings& s, Visitor& key) {
   key.number(
       "spheres.pressure_share", s.spheres.pressure_share, "-", Range{-1.0, 1.0}, Need::optional,
       "Share of each stage's pressure correction that the old pressure takes over; negative: "
-      "0.25, or for a lightest mobile sphere of 0.5 to 1.25 times the fluid's density 0.2 of that "
-      "ratio, with coupling.exchange = \"stage\".");
+      "0.25, or for a lightest mobile sphere of less than 1.25 times the fluid's density 0.2 of "
+      "that ratio, with coupling.exchange = \"stage\" (below 0.5 only beside other mobile "
+      "spheres).");
   key.number("spheres.deferred_impulse_share", s.spheres.deferred_impulse_share, "-",
              Range{0.0, 1.0}, Need::optional,
              "Share of a mobile sphere's deferred impulse (what changed inside it between two "

@@ -86,16 +86,22 @@ TEST(DeferredShare, EndsTheAnswerOfAddedMassInOneStageAndSwingsForNoDensity) {
 
 // What is left of an error after a stage: 1 - s (1 + C rho_f/rho_p).
 TEST(DeferredShare, OldPressureIsStableForAnAddedMassBelowNine) {
-  EXPECT_EQ(old_pressure_share(0.1, 2.5, 1.0, true), 0.1) << "a setting rules";
+  EXPECT_EQ(old_pressure_share(0.1, 2.5, 1.0, true, true), 0.1) << "a setting rules";
   const double fluid = 1.7;
-  const auto left = [&](double ratio, double added_mass, bool each_stage = true) {
-    return 1.0 -
-           old_pressure_share(-1.0, ratio * fluid, fluid, each_stage) * (1.0 + added_mass / ratio);
+  const auto left = [&](double ratio, double added_mass, bool each_stage = true,
+                        bool several = false) {
+    const double share = old_pressure_share(-1.0, ratio * fluid, fluid, each_stage, several);
+    return 1.0 - share * (1.0 + added_mass / ratio);
   };
   EXPECT_NEAR(left(1.0, 9.0), -1.0, round_off) << "at the edge";
   for (const double ratio : {0.5, 0.7, 1.0}) EXPECT_GT(left(ratio, 8.9), -1.0) << ratio;
   for (const double ratio : {1.25, 2.5, 8.0}) EXPECT_NEAR(left(ratio, 0.0), 0.75, round_off);
-  EXPECT_NEAR(left(0.4, 0.0), 0.75, round_off) << "light ones, whose deferred impulse is too slow";
+  EXPECT_NEAR(left(0.4, 0.0), 0.75, round_off) << "a light one, whose deferred impulse is too slow";
+  for (const double ratio : {0.3, 0.4, 0.49}) {
+    EXPECT_LT(left(ratio, 7.0), -1.0) << "which has no room for neighbours, " << ratio;
+    EXPECT_GT(left(ratio, 8.5, true, true), -1.0) << "several, " << ratio;
+  }
+  EXPECT_EQ(old_pressure_share(-1.0, 0.0, fluid, true, true), 0.25) << "no density is known";
   EXPECT_NEAR(left(0.7, 0.0, false), 0.75, round_off) << "as are those that move once a step";
 }
 
