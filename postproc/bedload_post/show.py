@@ -18,6 +18,13 @@ from .summary import Line
 
 ENTRY = Path(__file__).resolve().parents[1] / "show.py"
 LEAST_WIDTH = 80  # columns: a narrower terminal breaks the lines itself, and no digit is cut off
+PICTURES = {
+    "picture.png": "the scene",
+    "path.png": "the grain's path, coloured by state",
+    "bed_motion.png": "where and when grains of a bed move, and the bed's surface",
+    "overlap.png": "both programs over the last time step",
+    "profiles.png": "mean flow, fluctuations and stress over y",
+}
 
 
 def _or_note(console: Console, compute: Callable, otherwise):
@@ -79,15 +86,27 @@ def _phases(run: Run) -> states.Phases:
     )  # fmt: skip
 
 
+def _up_to_date(folder: Path) -> set[str]:
+    """The pictures in `folder` that are not older than the run's last row."""
+    history = folder / "history.csv"
+    if not history.is_file():
+        return set()
+    last = history.stat().st_mtime_ns
+    return {name for name in PICTURES if (file := folder / name).is_file() and file.stat().st_mtime_ns >= last}
+
+
 def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None:
     """Writes path.png, overlap.png, picture.png and report.html into `folder` and prints the numbers.
 
-    `times_shown`: the run itself has just printed its table of times.
+    Pictures of an earlier show, since which the run may have gone on, are not shown again: they are removed, and
+    without `pictures` left where they are. `times_shown`: the run itself has just printed its table of times.
     """
     run = Run(folder)
     console = Console(highlight=False)
     if console.width < LEAST_WIDTH:
         console = Console(highlight=False, width=LEAST_WIDTH)
+    for name in PICTURES if pictures else ():
+        (folder / name).unlink(missing_ok=True)
     has_grains = _or_note(console, lambda: any(len(block) for block in run.sample_blocks(rows=1)), False)
     grains: list[Line] = []
     if has_grains:
@@ -111,19 +130,16 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
     _print_lines(console, "Flow and checks", flow)
     if not times_shown:
         _print_times(console, times, times_note)
-    report.write(run, grains, flow, times, times_note, folder / "report.html")
+    shown = {name for name in PICTURES if (folder / name).is_file()} if pictures else _up_to_date(folder)
+    report.write(run, shown, grains, flow, times, times_note, folder / "report.html")
     console.print(f"In {folder}:", soft_wrap=True, markup=False)
-    for file, what in (
-        ("picture.png", "the scene"),
-        ("path.png", "the grain's path, coloured by state"),
-        ("bed_motion.png", "where and when grains of a bed move, and the bed's surface"),
-        ("overlap.png", "both programs over the last time step"),
-        ("profiles.png", "mean flow, fluctuations and stress over y"),
-        ("report.html", "both with all numbers and settings, in one file"),
-        ("fields.xdmf", "fields for ParaView"),
-        ("spheres.xdmf", "spheres for ParaView"),
-    ):
-        if (folder / file).is_file():
+    others = {
+        "report.html": "both with all numbers and settings, in one file",
+        "fields.xdmf": "fields for ParaView",
+        "spheres.xdmf": "spheres for ParaView",
+    }
+    for file, what in (PICTURES | others).items():
+        if file in shown or (file in others and (folder / file).is_file()):
             console.print(f"  {file:<13} {what}")
 
 

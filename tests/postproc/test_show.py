@@ -297,6 +297,30 @@ def test_everything_is_shown(folder):
     assert track.std() > 0.05
 
 
+def test_pictures_of_before_are_not_shown_as_new(folder, tmp_path, monkeypatch, capsys):
+    """A run goes on after it was shown, and then no picture is drawn, or none can be."""
+    run = shutil.copytree(folder, tmp_path / "run")
+    for name in show.PICTURES:
+        (run / name).write_bytes(b"of before")
+        os.utime(run / name, (1e9, 1e9))
+
+    def shown(pictures):
+        show.show(run, pictures)
+        return (run / "report.html").read_text().count("data:image/png;base64,"), capsys.readouterr().out
+
+    os.utime(run / "history.csv", (2e9, 2e9))
+    count, said = shown(pictures=False)
+    assert count == 0 and ".png" not in said and (run / "picture.png").read_bytes() == b"of before"
+    os.utime(run / "picture.png", (2e9, 2e9))  # the run has not gone on since
+    count, said = shown(pictures=False)
+    assert count == 1 and "picture.png" in said and "path.png" not in said
+    monkeypatch.setattr(show, "_render", lambda *_: None)
+    count, said = shown(pictures=True)
+    assert count == 1 and "path.png" in said and "picture.png" not in said
+    assert {name for name in show.PICTURES if (run / name).exists()} == {"path.png"}
+    assert (run / "path.png").read_bytes() != b"of before"
+
+
 def test_a_full_disk_is_one_sentence(folder, tmp_path):
     full = shutil.copytree(folder, tmp_path / "full")
     (full / "report.html").unlink(missing_ok=True)
