@@ -392,6 +392,23 @@ def test_a_folder_of_kept_results_becomes_a_page(tmp_path):
     assert not kept_page.is_kept(tmp_path)  # a run
 
 
+def test_a_folder_of_any_tables_is_no_page(tmp_path):
+    """/tmp, say, into which a page would be written."""
+    (tmp_path / "drag.csv").write_text("Re,C_d\n10,4.3\n")
+    (tmp_path / "drag.png").touch()
+    done = subprocess.run(["/usr/bin/python3", "-I", "-B", SHOW, tmp_path], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == f"{tmp_path} has no settings.toml, so it is no output of a run.\n"
+    assert not (tmp_path / "report.html").exists()
+    (tmp_path / "numbers.json").write_text("{}")
+    assert kept_page.is_kept(tmp_path)
+
+
+def test_all_kept_results_have_a_page():
+    kept = {file.parent for ending in ("csv", "png") for file in kept_page.REPORTS.rglob(f"*.{ending}")}
+    assert len(kept) > 10 and all(map(kept_page.is_kept, kept))
+
+
 def test_a_scene_is_no_output(tmp_path):
     """Its README is not taken for a page of results."""
     (tmp_path / "README.md").write_text("A scene.")
