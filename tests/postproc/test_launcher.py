@@ -42,6 +42,13 @@ def scene_in(folder, script="variable model index actm_hw\ninclude ${inputs}/mod
         (["film", "runs/bed", "--frames", "0"], "--frames: is 0, but must be at least 1"),
         (["film", "runs/bed", "--frames", "-2"], "--frames: is -2, but must be at least 1"),
         (["film", "runs/bed", "--since", "nan"], "--since: is nan, but must be a finite number"),
+        (["run", ""], "SCENE is empty, but must be the name of a scene or a folder with a fluid.toml"),
+        (["estimate", ""], "SCENE is empty, but must be"),
+        (["run", "--model", ""], "no model ''"),
+        (["run", "--ranks", ""], "--ranks is '', but must be FLUID:DEM"),
+        (["run", "--out", ""], "--out: is empty, but must be a path"),
+        (["run", "--restart", ""], "--restart: is empty, but must be a path"),
+        (["show", ""], "OUT: is empty, but must be a path"),
         (["settle", "8x8", "--grains", "9", "--out", "f", "--wet", "inf"], "--wet: is inf, but must be a finite"),
     ],
 )
