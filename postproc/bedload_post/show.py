@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import NoReturn
 
 from rich.console import Console
 from rich.table import Table
@@ -18,6 +19,7 @@ from .summary import Line
 
 ENTRY = Path(__file__).resolve().parents[1] / "show.py"
 LEAST_WIDTH = 80  # columns: a narrower terminal breaks the lines itself, and no digit is cut off
+LONGEST = 300.0  # s that picture.png may take
 PICTURES = {
     "picture.png": "the scene",
     "path.png": "the grain's path, coloured by state",
@@ -66,13 +68,17 @@ def _print_times(console: Console, rows: list[tuple[str, float, float]], note: s
 
 def _render(console: Console, run: Run) -> None:
     """picture.png, by a process of its own under a virtual X server."""
-    command = ["xvfb-run", "-a", sys.executable, "-I", "-B", str(ENTRY), str(run.folder)]
+    command = ["xvfb-run", "-a", sys.executable, "-I", "-B", str(ENTRY), str(run.folder), "--picture-only"]
     try:
-        done = subprocess.run(
-            [*command, "--picture-only"], capture_output=True, text=True, timeout=300, check=False
-        )
-        words = done.stderr.strip().splitlines()
-        problem = "" if done.returncode == 0 else (words[-1] if words else f"{done.returncode}")
+        with subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+        ) as drawing:
+            try:
+                words = drawing.communicate(timeout=LONGEST)[1].strip().splitlines()
+            except BaseException:  # it takes too long, or this process is to end: X server and all go
+                os.killpg(drawing.pid, signal.SIGTERM)
+                raise
+        problem = "" if drawing.returncode == 0 else (words[-1] if words else f"{drawing.returncode}")
     except (OSError, subprocess.TimeoutExpired) as error:
         problem = str(error)
     if problem:
@@ -144,7 +150,7 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
 
 
 def main() -> int:
-    """What the command line asks for; 141, as of SIGPIPE, when the reader of the output has gone."""
+    """What the command line asks for; 141, as of SIGPIPE, when the reader of the output has gone, 130 after Ctrl-C."""
     try:
         status = _asked()
         sys.stdout.flush()
@@ -152,6 +158,12 @@ def main() -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what Python flushes at its end
         return 128 + signal.SIGPIPE
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
+
+
+def _end(received: int, _) -> NoReturn:
+    sys.exit(128 + received)
 
 
 def _asked() -> int:
@@ -187,6 +199,8 @@ def _asked() -> int:
 
             picture.render(Run(options.folder), options.folder / "picture.png")
         else:
+            for number in (signal.SIGTERM, signal.SIGHUP):
+                signal.signal(number, _end)  # and with us what draws the picture
             show(options.folder, not options.no_pictures, options.after_run)
     except MissingOutput as missing:
         print(missing, file=sys.stderr)

@@ -622,6 +622,22 @@ def test_status_and_signals_pass_through(tmp_path):
     assert signal.getsignal(signal.SIGUSR1) == signal.SIG_DFL
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_all_that_a_command_has_started(tmp_path, number):
+    """A shell that waits for its program keeps SIGINT for later; what stands behind & is not to hear of it at all."""
+    code = "sleep 60 & echo $! > pid; mv pid ready; sleep 60; touch went_on"
+
+    def send():
+        wait_for((tmp_path / "ready").exists)
+        os.kill(os.getpid(), number)
+
+    threading.Thread(target=send, daemon=True).start()
+    begin = time.monotonic()
+    assert job.run(["sh", "-c", code], tmp_path) == 128 + number
+    assert time.monotonic() - begin < 30.0 and not (tmp_path / "went_on").exists()
+    assert ended(Path("/proc") / (tmp_path / "ready").read_text().strip())
+
+
 def test_an_end_that_is_asked_for_before_mpirun_listens(tmp_path, monkeypatch):
     """mpirun dies of the signal for its programs; what the shell is told is the user's."""
     mpirun = tmp_path / "mpirun"

@@ -3,8 +3,10 @@
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import matplotlib.image
@@ -13,6 +15,7 @@ import pytest
 from bedload_post import film, kept_page, overlap, path, picture, show, states, summary, transport
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import MissingOutput, Run
+from rich.console import Console
 from synthetic import wandering_story, write_run, write_samples
 
 SHOW = Path(__file__).resolve().parents[2] / "postproc" / "show.py"
@@ -319,6 +322,50 @@ def test_pictures_of_before_are_not_shown_as_new(folder, tmp_path, monkeypatch, 
     assert count == 1 and "path.png" in said and "picture.png" not in said
     assert {name for name in show.PICTURES if (run / name).exists()} == {"path.png"}
     assert (run / "path.png").read_bytes() != b"of before"
+
+
+@pytest.fixture
+def slow_screen(tmp_path, monkeypatch):
+    """In xvfb-run's place a shell that never ends; the file with the number of what it has started."""
+    program = tmp_path / "bin" / "xvfb-run"
+    program.parent.mkdir()
+    pid = tmp_path / "pid"
+    program.write_text(f"#!/bin/sh\nsleep 60 &\necho $! > {pid}.part\nmv {pid}.part {pid}\nsleep 60\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(program.parent), prepend=os.pathsep)
+    return pid
+
+
+def wait_until(condition, seconds=30.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def has_ended(pid):
+    status = Path("/proc") / pid.read_text().strip() / "status"
+    return not status.exists() or "\tZ" in status.read_text()
+
+
+def test_a_picture_that_takes_too_long_leaves_nothing_behind(folder, slow_screen, monkeypatch, capsys):
+    monkeypatch.setattr(show, "LONGEST", 3.0)
+    begin = time.monotonic()
+    show._render(Console(width=1000), Run(folder))
+    assert "timed out after 3.0 seconds" in capsys.readouterr().out
+    wait_until(lambda: has_ended(slow_screen))
+    assert time.monotonic() - begin < 30.0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_show_that_is_ended_ends_its_picture(folder, tmp_path, slow_screen, number):
+    run = shutil.copytree(folder, tmp_path / "run")
+    line = ["/usr/bin/python3", "-I", "-B", SHOW, run]
+    shown = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    wait_until(slow_screen.exists)
+    shown.send_signal(number)
+    assert shown.communicate(timeout=30)[1] == "" and shown.returncode == 128 + number
+    wait_until(lambda: has_ended(slow_screen))
 
 
 def test_a_full_disk_is_one_sentence(folder, tmp_path):
