@@ -51,7 +51,7 @@ def show(options: argparse.Namespace) -> int:
 
 
 def film(options: argparse.Namespace) -> int:
-    line = ["--film", repr(options.since), "--frames", str(options.frames)]
+    line = [f"--film={options.since!r}", "--frames", str(options.frames)]  # argparse takes a word -1e-05 for an option
     # Debian's VTK draws on a screen only; this one is virtual.
     return job.run(["xvfb-run", "-a", *show_line(options.out.resolve(), False, *line)], Path.cwd())
 

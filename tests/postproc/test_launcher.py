@@ -12,11 +12,14 @@ import sys
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
+import bedload_post
 import pytest
 from bedload_launcher import build, cli, folders, job, machine, memory, presets, runs, scenes, studies
 from bedload_launcher.errors import UserError, refused, unknown
 from bedload_launcher.words import plain
+from bedload_post import show
 from bedload_studies import analysis_speed
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -61,6 +64,21 @@ def test_mistakes_get_one_sentence(line, sentence):
     assert sentence in done.stderr
     assert done.stderr.count("\n") == 1
     assert done.stdout == ""
+
+
+@pytest.mark.parametrize("since", ["-1e-5", "-2.5", "3"])
+def test_a_film_may_begin_at_any_time(tmp_path, monkeypatch, since):
+    """The line for show.py is understood there: what is wrong is the folder."""
+    lines = []
+    monkeypatch.setattr(job, "run", lambda line, _: lines.append(line) or 0)
+    monkeypatch.setattr(sys, "argv", ["bedload", "film", str(tmp_path), f"--since={since}"])
+    assert cli.main() == 0
+    said = []
+    monkeypatch.setattr(show.sys, "argv", lines[0][lines[0].index(str(tmp_path)) - 1 :])
+    film = SimpleNamespace(render=lambda _, file, begin, most: said.append((begin, most)))
+    monkeypatch.setattr(bedload_post, "film", film, raising=False)
+    monkeypatch.setattr(show, "Run", lambda folder: folder)
+    assert show.main() == 0 and said == [(float(since), 250)]
 
 
 def test_what_the_system_refuses_is_one_sentence(tmp_path, started, monkeypatch, capsys):
