@@ -14,7 +14,7 @@ from . import lint as checks
 from .build import FOLDER, ROOT, SANITIZERS, build
 from .errors import UserError, no_option, refused, unknown
 from .machine import available_memory, processors
-from .numbers import finite, whole
+from .numbers import finite, named, whole
 from .scenes import DEFAULT, all_scenes, choose_model, find_scene, read_variables
 from .studies import all_studies, run_study
 from .words import plain, say
@@ -51,7 +51,7 @@ def show(options: argparse.Namespace) -> int:
 
 
 def film(options: argparse.Namespace) -> int:
-    line = ["--film", repr(options.since), "--frames", str(options.frames)]
+    line = [f"--film={options.since!r}", "--frames", str(options.frames)]  # argparse takes a word -1e-05 for an option
     # Debian's VTK draws on a screen only; this one is virtual.
     return job.run(["xvfb-run", "-a", *show_line(options.out.resolve(), False, *line)], Path.cwd())
 
@@ -180,10 +180,10 @@ def add_run_options(sub: Parser) -> None:
     )  # fmt: skip
     sub.add_argument("--steps", type=whole(0), metavar="N", help="stop after N fluid steps")
     sub.add_argument(
-        "--out", type=Path, metavar="DIR", help="output folder (default: runs/SCENE-MODEL)"
+        "--out", type=named, metavar="DIR", help="output folder (default: runs/SCENE-MODEL)"
     )
     sub.add_argument(
-        "--restart", type=Path, metavar="DIR",
+        "--restart", type=named, metavar="DIR",
         help="go on from a checkpoint, or from the last one in the run's folder DIR; without --out "
         "the run goes on there; scene, --set, --var and --accuracy are the run's own where nothing else "
         "is said, and the model stays",
@@ -221,12 +221,12 @@ def parser() -> tuple[Parser, dict[str, Parser]]:
 
     sub = command("show", show, "make pictures, numbers and report of a run's output folder again")
     sub.add_argument(
-        "out", type=Path, metavar="OUT", help="output folder of a run, or a folder of kept results"
+        "out", type=named, metavar="OUT", help="output folder of a run, or a folder of kept results"
     )
     sub.add_argument("--no-pictures", action="store_true", help="numbers and report only")
 
     sub = command("film", film, "make film.mp4 of a run's moving grains")
-    sub.add_argument("out", type=Path, metavar="OUT", help="output folder of a run")
+    sub.add_argument("out", type=named, metavar="OUT", help="output folder of a run")
     sub.add_argument("--since", type=finite, default=0.0, metavar="T", help="from this time on (default: 0)")
     sub.add_argument("--frames", type=whole(1), default=250, metavar="N", help="at most (default: 250)")
 

@@ -13,6 +13,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -38,6 +39,7 @@ HOSTS = Path("/etc/hosts")
 FORWARDED = (
     signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGUSR1, signal.SIGUSR2,
 )  # fmt: skip
+PATIENCE = 2.0  # s between SIGTERM and SIGKILL for what a command that was asked to end has left
 PR_SET_PDEATHSIG = 1  # of Linux
 _LIBC = ctypes.CDLL(None)
 
@@ -218,17 +220,33 @@ def run_job(work: Job) -> int:
     return run(work.command(), work.scene.folder)
 
 
+def end_group(group: int) -> None:
+    """Ends what is left of a process group, what sh started behind `&`, say, which SIGINT does not reach."""
+    with contextlib.suppress(ProcessLookupError):  # nothing is left
+        os.killpg(group, signal.SIGTERM)
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            time.sleep(0.02)
+            os.killpg(group, 0)
+        os.killpg(group, signal.SIGKILL)
+
+
 def run(command: Sequence[str], folder: Path) -> int:
     """Runs `command` in `folder`, its output going straight to the terminal.
 
     Signals to the launcher are passed on; returns the exit status, 128 + n when killed by signal n.
     mpirun kills its programs a second after a signal that asks for the end; the first such signal
-    goes to the programs instead, as SIGUSR2: they write a checkpoint and end.
+    goes to the programs instead, as SIGUSR2: they write a checkpoint and end. Of other commands all
+    that they have started gets the signal: the shell of xvfb-run would keep it for itself.
     """
-    wishes = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP} if command[0] == "mpirun" else set()
+    by_mpirun = command[0] == "mpirun"
+    wishes = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP} if by_mpirun else set()
     wished: list[int] = []
+    ends: list[int] = []
 
     def pass_on(received: int, _) -> None:
+        if received not in (signal.SIGUSR1, signal.SIGUSR2):
+            ends.append(received)
         gently = received in wishes
         if gently:
             wished.append(received)
@@ -236,7 +254,11 @@ def run(command: Sequence[str], folder: Path) -> int:
             wishes.clear()
         if received == signal.SIGQUIT:  # which ends mpirun and leaves its programs
             received = signal.SIGTERM
-        child.send_signal(signal.SIGUSR2 if gently else received)
+        if by_mpirun:
+            child.send_signal(signal.SIGUSR2 if gently else received)
+        else:
+            with contextlib.suppress(ProcessLookupError):  # they have ended
+                os.killpg(child.pid, received)
 
     # A process group of its own, so that Ctrl-C reaches mpirun once, through us: a second one
     # within seconds would make it give up the ranks without letting them finish.
@@ -247,6 +269,8 @@ def run(command: Sequence[str], folder: Path) -> int:
     before = {number: signal.signal(number, pass_on) for number in FORWARDED}
     try:
         code = child.wait()
+        if ends and not by_mpirun:
+            end_group(child.pid)
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

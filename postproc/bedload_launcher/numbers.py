@@ -1,8 +1,10 @@
-"""Numbers of the command line with a range: types for argparse, which puts the option's name before their sentence."""
+"""Numbers of the command line with a range, and paths: types for argparse, which puts the option's name before their
+sentence."""
 
 import argparse
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 
 def whole(least: int) -> Callable[[str], int]:
@@ -41,3 +43,10 @@ def positive(text: str) -> float:
 
 
 positive.__name__ = "float"
+
+
+def named(text: str) -> Path:
+    """A path; empty text, which Path takes for the current folder, is none."""
+    if not text:
+        raise argparse.ArgumentTypeError("is empty, but must be a path")
+    return Path(text)

@@ -16,7 +16,7 @@ from .words import plain
 
 @dataclass(frozen=True)
 class Ask:
-    """The options of the command line, as they stand there; None and empty: nothing was said."""
+    """The options of the command line, as they stand there; None, and no `sets` or `variables`: nothing was said."""
 
     scene: str | None = None
     model: str | None = None
@@ -62,20 +62,20 @@ def check_same_model(restart: Path, before: str | None, model: str | None) -> No
 def with_memory(ask: Ask, before: Launch | None) -> Launch:
     """How the run is started: what is asked, and for all else what the run that goes on was told."""
     if before is None:
-        scene = find_scene(ask.scene or DEFAULT)
+        scene = find_scene(DEFAULT if ask.scene is None else ask.scene)
         before = Launch(str(scene.folder))
-    scene = find_scene(ask.scene or before.scene)
+    scene = find_scene(before.scene if ask.scene is None else ask.scene)
     if not scene.moves_grains and (before.model or before.variables):  # what only a run with grains was told
         raise UserError(
             f"--restart {ask.restart}: the run has grains, but scene '{scene.name}' has no in.liggghts; begin a new "
             "run, which can take its flow: ./bedload run SCENE --set start.from=state --set start.file=RUN/state.h5."
         )
-    model = choose_model(scene, ask.model or before.model)
+    model = choose_model(scene, before.model if ask.model is None else ask.model)
     given = folders.merged([f"{n}={v}" for n, v in before.variables.items()], ask.variables)
     variables = read_variables(scene, model, given)
     return Launch(
-        str(scene.folder), model, ask.accuracy or before.accuracy,
-        folders.merged(before.sets, ask.sets), variables, ask.ranks or before.ranks,
+        str(scene.folder), model, before.accuracy if ask.accuracy is None else ask.accuracy,
+        folders.merged(before.sets, ask.sets), variables, before.ranks if ask.ranks is None else ask.ranks,
     )  # fmt: skip
 
 

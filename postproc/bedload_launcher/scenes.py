@@ -162,6 +162,8 @@ def all_scenes() -> dict[str, Scene]:
 
 def find_scene(name: str) -> Scene:
     """A scene by its name under inputs/, or any folder with a fluid.toml by its path."""
+    if not name:
+        raise UserError("SCENE is empty, but must be the name of a scene or a folder with a fluid.toml.")
     shipped = all_scenes()
     if name in shipped:
         return shipped[name]

@@ -8,13 +8,19 @@ from pathlib import Path
 from .report import image, page, table
 
 MOST_ROWS = 400  # of a table that is shown
+REPORTS = Path(__file__).resolve().parents[1] / "reports"
 SIGN = "<!-- made from the files of this folder by bedload show -->"
 
 
 def is_kept(folder: Path) -> bool:
-    """Whether the folder holds a study's results and not a run or a scene."""
-    of_others = any((folder / name).is_file() for name in ("settings.toml", "fluid.toml", "launch.json"))
-    return not of_others and any(file.suffix in (".csv", ".png") for file in _parts(folder))
+    """Whether the folder holds a study's results and not a run, a scene, or any tables and figures."""
+
+    def has(*names: str) -> bool:
+        return any((folder / name).is_file() for name in names)
+
+    of_a_study = has("README.md", "numbers.json") or folder.resolve().is_relative_to(REPORTS)
+    of_others = has("settings.toml", "fluid.toml", "launch.json")
+    return of_a_study and not of_others and any(file.suffix in (".csv", ".png") for file in _parts(folder))
 
 
 def _parts(folder: Path) -> Iterator[Path]:

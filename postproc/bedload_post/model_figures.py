@@ -157,8 +157,11 @@ def _thin_without(case: Case, half: np.ndarray) -> dict:
 
 
 def heights(cases: Sequence[Case], file: Path) -> bool:
-    """PDF of y, mean omega_3(y) and mean u_p(y)."""
+    """PDF of y, mean omega_3(y) and mean u_p(y); False where no height has enough samples for a mean."""
+    cases = [case for case in cases if len(case.transport.over_height(1)[0])]
     rows = rows_of(cases)
+    if not rows:
+        return False
     figure, axes = _grid(rows, 3, 11, 4.0, sharey=True)
     bed_top, pocket = top_of_bed(cases[0].run) / cases[0].run.diameter, pocket_height(cases[0].run)
     top = bed_top
@@ -408,17 +411,19 @@ def resolutions(runs: Sequence[dict], model: str) -> dict[float, dict]:
 
 
 def velocity_series(cases: Sequence[Case], file: Path) -> bool:
-    """Mean velocity of all grains over time, averaged over one flow-through time; means with their intervals
-    stand behind the end."""
+    """Mean velocity of all grains over time, averaged over one flow-through time where the record has more than two;
+    means with their intervals stand behind the end."""
     rows = rows_of(cases)
     figure, axes = _grid(rows, 1, 9, 2.8)
     for (axis,), own in zip(axes, rows, strict=True):
+        averaged = []
         for place, case in enumerate(own):
             through = case.run.box[0] / case.run.bulk_velocity
             time = np.concatenate(case.transport.time)
             values = case.transport.series("velocity")
             width = max(1, int(np.searchsorted(time, time[0] + through)))
-            if len(values) <= 2 * width:
+            averaged.append(len(values) > 2 * width)
+            if not averaged[-1]:
                 width = 1
             axis.plot(smooth_inside(time, width) / through, smooth_inside(values, width), **case.line)
             estimate = case.transport.mean("velocity")
@@ -426,7 +431,8 @@ def velocity_series(cases: Sequence[Case], file: Path) -> bool:
             axis.errorbar(behind, estimate.mean, estimate.half_width, color=case.colour, marker="o", ms=4, capsize=3)
         axis.set(
             xlabel="time in flow-throughs $L_x/u_b$; behind the end: means and 95 % intervals",
-            ylabel="$u_p / u_b$, running mean\nover a flow-through", ylim=(0, None),
+            ylabel="$u_p / u_b$" + (", running mean\nover a flow-through" if any(averaged) else "")
+            + ("\n(not of short records)" if any(averaged) and not all(averaged) else ""), ylim=(0, None),
         )  # fmt: skip
     _finish(figure, axes, rows)
     _save(figure, file)

@@ -44,14 +44,16 @@ class Neighbours:
     def sentence(self) -> str:
         verdict = {True: "no influence on each other found", False: "they feel each other",
                    None: "too short to tell whether they feel each other"}[self.independent]  # fmt: skip
+        together = "" if np.isnan(self.correlation_interval) else (
+            f", velocities of two correlate by {self.correlation:.2f} ± {self.correlation_interval:.2f}"
+        )  # fmt: skip
         beside = "" if np.isnan(self.velocity_difference_interval) else (
             f", near ones go by {self.velocity_near - self.velocity_far:+.3f} ± "
             f"{self.velocity_difference_interval:.3f} u_b faster than far ones"
         )  # fmt: skip
         return (
             f"another grain is within {NEAR:g} D for {100 * self.share_near:.1f} % of the time "
-            f"(closest {self.closest:.2f} D), velocities of two correlate by {self.correlation:.2f} ± "
-            f"{self.correlation_interval:.2f}{beside}: {verdict}"
+            f"(closest {self.closest:.2f} D){together}{beside}: {verdict}"
         )
 
 
@@ -89,7 +91,7 @@ def of_series(nearest: np.ndarray, speed: np.ndarray) -> Neighbours:
     # Mean over the pairs of u_i' u_j'/(s_i s_j), at each instant.
     scaled = fluctuation / deviation
     pairs = 0.5 * (scaled.sum(axis=1) ** 2 - (scaled**2).sum(axis=1)) / (0.5 * count * (count - 1))
-    parts = np.array([part.mean() for part in np.array_split(pairs, PARTS)])
+    parts = np.array([part.mean() for part in np.array_split(pairs, min(PARTS, len(pairs)))])
     differences = []
     for u, close in zip(np.array_split(speed, PARTS), np.array_split(near, PARTS), strict=True):
         if close.any() and not close.all():

@@ -115,6 +115,11 @@ def _with_interval(v: dict, name: str, digits: int = 3) -> str:
     return f"{v[name]:.{digits}f}" + ("" if half is None else f" ± {half:.{digits}f}")
 
 
+def _percent(change: float, half: float, sign: str = "") -> str:
+    """A relative change with its interval, where it has one."""
+    return f"by {100 * change:{sign}.0f}" + ("" if math.isnan(half) else f" ± {100 * half:.0f}") + " %"
+
+
 def _half(v: dict, name: str, assumed: float) -> tuple[float, str]:
     """Half width of an interval, with a remark where it has none: nan where too little happened for one (kept as
     None), what is `assumed` where an older record has kept none at all."""
@@ -164,7 +169,7 @@ def slowing(runs: Runs) -> list[Verdict]:
         found.append(Verdict(
             "Table 2", "", f"friction slows {_name(plain)} by {100 * paper:.0f} %",
             told(here, half, paper),
-            f"by {100 * here:.0f} ± {100 * half:.0f} %" if math.isfinite(here) else "without friction nothing moves",
+            _percent(here, half) if math.isfinite(here) else "without friction nothing moves",
         ))  # fmt: skip
     return found
 
@@ -199,8 +204,8 @@ def spreads(runs: Runs) -> list[Verdict]:
         found.append(Verdict(
             "Fig. 10", _name(plain), f"friction does not change the spread of y (by up to {100 * SAME_SPREAD:.0f} %)",
             within(change, half, SAME_SPREAD),
-            f"{a['spread_of_height']:.3f} to {b['spread_of_height']:.3f} D, "
-            f"by {100 * change:+.0f} ± {100 * half:.0f} %",
+            f"{a['spread_of_height']:.3f} to {b['spread_of_height']:.3f} D"
+            + (f", {_percent(change, half, '+')}" if math.isfinite(change) else ": without friction all are at one"),
             "friction does not change the spread of y",
         ))  # fmt: skip
     return found

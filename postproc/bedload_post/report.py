@@ -2,7 +2,7 @@
 
 import base64
 import html
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
 from .outputs import Run
@@ -18,6 +18,12 @@ td.number { text-align: right; font-variant-numeric: tabular-nums; }
 td.note { color: #777; }
 pre { background: #f6f6f4; padding: 1em; overflow-x: auto; font-size: 13px; }
 """
+CAPTIONS = {
+    "picture.png": "The scene at the last snapshot",
+    "path.png": "The grain's path",
+    "bed_motion.png": "Where and when grains of the bed move, and the bed's surface",
+    "profiles.png": "Flow statistics over y",
+}
 
 
 def image(file: Path, caption: str) -> str:
@@ -52,13 +58,14 @@ def table(
 
 def write(
     run: Run,
+    pictures: Collection[str],
     grains: list[Line],
     flow: list[Line],
     times: list[tuple[str, float, float]],
     times_note: str,
     file: Path,
 ) -> None:
-    """Writes the report of `run` into `file`; pictures are taken from the run's folder."""
+    """Writes the report of `run` into `file`; `pictures`: those of the run's folder that are shown."""
 
     def numbers(title: str, lines: list[Line]) -> str:
         rows = ((line.what, line.value, line.note) for line in lines)
@@ -68,10 +75,7 @@ def write(
     settings = html.escape((run.folder / "settings.toml").read_text(encoding="utf-8"))
     body = [
         f"<h1>{html.escape(run.name)}</h1>",
-        image(run.folder / "picture.png", "The scene at the last snapshot"),
-        image(run.folder / "path.png", "The grain's path"),
-        image(run.folder / "bed_motion.png", "Where and when grains of the bed move, and the bed's surface"),
-        image(run.folder / "profiles.png", "Flow statistics over y"),
+        *(image(run.folder / name, caption) for name, caption in CAPTIONS.items() if name in pictures),
         numbers("Grains", grains),
         numbers("Flow and checks", flow),
         "<h2>Where the time went</h2>" + table(seconds, ("", "number", "number")) + times_note if times else "",

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import NoReturn
 
 from rich.console import Console
 from rich.table import Table
@@ -18,6 +19,14 @@ from .summary import Line
 
 ENTRY = Path(__file__).resolve().parents[1] / "show.py"
 LEAST_WIDTH = 80  # columns: a narrower terminal breaks the lines itself, and no digit is cut off
+LONGEST = 300.0  # s that picture.png may take
+PICTURES = {
+    "picture.png": "the scene",
+    "path.png": "the grain's path, coloured by state",
+    "bed_motion.png": "where and when grains of a bed move, and the bed's surface",
+    "overlap.png": "both programs over the last time step",
+    "profiles.png": "mean flow, fluctuations and stress over y",
+}
 
 
 def _or_note(console: Console, compute: Callable, otherwise):
@@ -59,13 +68,17 @@ def _print_times(console: Console, rows: list[tuple[str, float, float]], note: s
 
 def _render(console: Console, run: Run) -> None:
     """picture.png, by a process of its own under a virtual X server."""
-    command = ["xvfb-run", "-a", sys.executable, "-I", "-B", str(ENTRY), str(run.folder)]
+    command = ["xvfb-run", "-a", sys.executable, "-I", "-B", str(ENTRY), str(run.folder), "--picture-only"]
     try:
-        done = subprocess.run(
-            [*command, "--picture-only"], capture_output=True, text=True, timeout=300, check=False
-        )
-        words = done.stderr.strip().splitlines()
-        problem = "" if done.returncode == 0 else (words[-1] if words else f"{done.returncode}")
+        with subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+        ) as drawing:
+            try:
+                words = drawing.communicate(timeout=LONGEST)[1].strip().splitlines()
+            except BaseException:  # it takes too long, or this process is to end: X server and all go
+                os.killpg(drawing.pid, signal.SIGTERM)
+                raise
+        problem = "" if drawing.returncode == 0 else (words[-1] if words else f"{drawing.returncode}")
     except (OSError, subprocess.TimeoutExpired) as error:
         problem = str(error)
     if problem:
@@ -79,15 +92,27 @@ def _phases(run: Run) -> states.Phases:
     )  # fmt: skip
 
 
+def _up_to_date(folder: Path) -> set[str]:
+    """The pictures in `folder` that are not older than the run's last row."""
+    history = folder / "history.csv"
+    if not history.is_file():
+        return set()
+    last = history.stat().st_mtime_ns
+    return {name for name in PICTURES if (file := folder / name).is_file() and file.stat().st_mtime_ns >= last}
+
+
 def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None:
     """Writes path.png, overlap.png, picture.png and report.html into `folder` and prints the numbers.
 
-    `times_shown`: the run itself has just printed its table of times.
+    Pictures of an earlier show, since which the run may have gone on, are not shown again: they are removed, and
+    without `pictures` left where they are. `times_shown`: the run itself has just printed its table of times.
     """
     run = Run(folder)
     console = Console(highlight=False)
     if console.width < LEAST_WIDTH:
         console = Console(highlight=False, width=LEAST_WIDTH)
+    for name in PICTURES if pictures else ():
+        (folder / name).unlink(missing_ok=True)
     has_grains = _or_note(console, lambda: any(len(block) for block in run.sample_blocks(rows=1)), False)
     grains: list[Line] = []
     if has_grains:
@@ -111,24 +136,21 @@ def show(folder: Path, pictures: bool = True, times_shown: bool = False) -> None
     _print_lines(console, "Flow and checks", flow)
     if not times_shown:
         _print_times(console, times, times_note)
-    report.write(run, grains, flow, times, times_note, folder / "report.html")
+    shown = {name for name in PICTURES if (folder / name).is_file()} if pictures else _up_to_date(folder)
+    report.write(run, shown, grains, flow, times, times_note, folder / "report.html")
     console.print(f"In {folder}:", soft_wrap=True, markup=False)
-    for file, what in (
-        ("picture.png", "the scene"),
-        ("path.png", "the grain's path, coloured by state"),
-        ("bed_motion.png", "where and when grains of a bed move, and the bed's surface"),
-        ("overlap.png", "both programs over the last time step"),
-        ("profiles.png", "mean flow, fluctuations and stress over y"),
-        ("report.html", "both with all numbers and settings, in one file"),
-        ("fields.xdmf", "fields for ParaView"),
-        ("spheres.xdmf", "spheres for ParaView"),
-    ):
-        if (folder / file).is_file():
+    others = {
+        "report.html": "both with all numbers and settings, in one file",
+        "fields.xdmf": "fields for ParaView",
+        "spheres.xdmf": "spheres for ParaView",
+    }
+    for file, what in (PICTURES | others).items():
+        if file in shown or (file in others and (folder / file).is_file()):
             console.print(f"  {file:<13} {what}")
 
 
 def main() -> int:
-    """What the command line asks for; 141, as of SIGPIPE, when the reader of the output has gone."""
+    """What the command line asks for; 141, as of SIGPIPE, when the reader of the output has gone, 130 after Ctrl-C."""
     try:
         status = _asked()
         sys.stdout.flush()
@@ -136,6 +158,12 @@ def main() -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what Python flushes at its end
         return 128 + signal.SIGPIPE
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
+
+
+def _end(received: int, _) -> NoReturn:
+    sys.exit(128 + received)
 
 
 def _asked() -> int:
@@ -171,6 +199,8 @@ def _asked() -> int:
 
             picture.render(Run(options.folder), options.folder / "picture.png")
         else:
+            for number in (signal.SIGTERM, signal.SIGHUP):
+                signal.signal(number, _end)  # and with us what draws the picture
             show(options.folder, not options.no_pictures, options.after_run)
     except MissingOutput as missing:
         print(missing, file=sys.stderr)

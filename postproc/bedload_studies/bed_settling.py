@@ -64,8 +64,9 @@ class Wish:
         return float(self.diameter.max())
 
     def floor(self) -> float:
-        """Where the layer begins whose packing is measured [largest diameter]: the floor, or the base's centres."""
-        return 0.5 if self.base == "hexagonal" else 0.0
+        """Where the layer begins whose packing is measured [largest diameter]: the floor, or half of a close-packed
+        layer above the base's centres, for the lower half is the base's own."""
+        return 0.5 + 0.5 * np.sqrt(2.0 / 3.0) if self.base == "hexagonal" else 0.0
 
     def base_spheres(self) -> int:
         """How many spheres inputs/beds/hexagonal.liggghts makes."""

@@ -101,6 +101,28 @@ def test_packing_of_a_simple_cubic_lattice():
     assert bed.volume_below(0.25) == pytest.approx(36 * math.pi * 0.25**2 * (1.5 - 0.25) / 3.0, rel=1e-12)
 
 
+def close_packed(layers, first):
+    """Layers of 36 touching spheres, the lowest centres at y = `first`."""
+    n, i, j = (index.ravel() for index in np.indices((layers, 6, 6)))
+    x = np.mod(i + 0.5 * (j % 2) + 0.5 * (n % 2), 6.0)
+    z = np.mod(j * math.sqrt(0.75) + (n % 2) / math.sqrt(12.0), 6.0 * math.sqrt(0.75))
+    position = np.stack([x, first + n * math.sqrt(2.0 / 3.0), z], axis=1)
+    return Bed(position, np.full(len(n), 0.5), (6.0, 6.0 * math.sqrt(0.75)))
+
+
+@pytest.mark.parametrize("layers", [1, 2, 3, 4, 6, 10, 20])
+def test_the_surface_over_a_hexagonal_base_is_the_top_of_close_packed_layers(layers):
+    """Each layer takes sqrt(2/3), the base's upper half begins at its centres. The packing is pi/sqrt(18); planes that
+    cut layers see up to 0.04 more or less of it."""
+    bed = close_packed(layers, 0.5 + math.sqrt(2.0 / 3.0))
+    assert bed.overlap() == pytest.approx(0.0, abs=1e-12)
+    want, _ = bed_settling.wish(options("6x5.196", "--grains", "9", "--base", "hexagonal"))
+    assert bed.surface(want.floor()) == pytest.approx(0.5 + (layers + 0.5) * math.sqrt(2.0 / 3.0), rel=1e-12)
+    assert bed.packing(want.floor()) == pytest.approx(math.pi / math.sqrt(18.0), abs=0.04)
+    on_floor, _ = bed_settling.wish(options("6x5.196", "--grains", "9"))
+    assert on_floor.floor() == 0.0
+
+
 def test_overlap_is_seen_inside_through_the_seam_and_at_the_floor():
     position, box = cubic(1.1, 4)
     radius = np.full(len(position), 0.5)

@@ -12,11 +12,14 @@ import sys
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
+import bedload_post
 import pytest
 from bedload_launcher import build, cli, folders, job, machine, memory, presets, runs, scenes, studies
 from bedload_launcher.errors import UserError, refused, unknown
 from bedload_launcher.words import plain
+from bedload_post import show
 from bedload_studies import analysis_speed
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,6 +45,13 @@ def scene_in(folder, script="variable model index actm_hw\ninclude ${inputs}/mod
         (["film", "runs/bed", "--frames", "0"], "--frames: is 0, but must be at least 1"),
         (["film", "runs/bed", "--frames", "-2"], "--frames: is -2, but must be at least 1"),
         (["film", "runs/bed", "--since", "nan"], "--since: is nan, but must be a finite number"),
+        (["run", ""], "SCENE is empty, but must be the name of a scene or a folder with a fluid.toml"),
+        (["estimate", ""], "SCENE is empty, but must be"),
+        (["run", "--model", ""], "no model ''"),
+        (["run", "--ranks", ""], "--ranks is '', but must be FLUID:DEM"),
+        (["run", "--out", ""], "--out: is empty, but must be a path"),
+        (["run", "--restart", ""], "--restart: is empty, but must be a path"),
+        (["show", ""], "OUT: is empty, but must be a path"),
         (["settle", "8x8", "--grains", "9", "--out", "f", "--wet", "inf"], "--wet: is inf, but must be a finite"),
     ],
 )
@@ -54,6 +64,21 @@ def test_mistakes_get_one_sentence(line, sentence):
     assert sentence in done.stderr
     assert done.stderr.count("\n") == 1
     assert done.stdout == ""
+
+
+@pytest.mark.parametrize("since", ["-1e-5", "-2.5", "3"])
+def test_a_film_may_begin_at_any_time(tmp_path, monkeypatch, since):
+    """The line for show.py is understood there: what is wrong is the folder."""
+    lines = []
+    monkeypatch.setattr(job, "run", lambda line, _: lines.append(line) or 0)
+    monkeypatch.setattr(sys, "argv", ["bedload", "film", str(tmp_path), f"--since={since}"])
+    assert cli.main() == 0
+    said = []
+    monkeypatch.setattr(show.sys, "argv", lines[0][lines[0].index(str(tmp_path)) - 1 :])
+    film = SimpleNamespace(render=lambda _, file, begin, most: said.append((begin, most)))
+    monkeypatch.setattr(bedload_post, "film", film, raising=False)
+    monkeypatch.setattr(show, "Run", lambda folder: folder)
+    assert show.main() == 0 and said == [(float(since), 250)]
 
 
 def test_what_the_system_refuses_is_one_sentence(tmp_path, started, monkeypatch, capsys):
@@ -613,6 +638,22 @@ def test_status_and_signals_pass_through(tmp_path):
     threading.Thread(target=send, daemon=True).start()
     assert job.run([sys.executable, "-c", code], tmp_path) == 5
     assert signal.getsignal(signal.SIGUSR1) == signal.SIG_DFL
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_all_that_a_command_has_started(tmp_path, number):
+    """A shell that waits for its program keeps SIGINT for later; what stands behind & is not to hear of it at all."""
+    code = "sleep 60 & echo $! > pid; mv pid ready; sleep 60; touch went_on"
+
+    def send():
+        wait_for((tmp_path / "ready").exists)
+        os.kill(os.getpid(), number)
+
+    threading.Thread(target=send, daemon=True).start()
+    begin = time.monotonic()
+    assert job.run(["sh", "-c", code], tmp_path) == 128 + number
+    assert time.monotonic() - begin < 30.0 and not (tmp_path / "went_on").exists()
+    assert ended(Path("/proc") / (tmp_path / "ready").read_text().strip())
 
 
 def test_an_end_that_is_asked_for_before_mpirun_listens(tmp_path, monkeypatch):

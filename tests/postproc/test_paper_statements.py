@@ -100,6 +100,17 @@ def test_friction_leaves_the_spread(spread, half, expected):
     assert answers(2, values, "Fig. 10", "spread of y") == [True, expected]
 
 
+def test_what_is_not_known_is_no_nan():
+    """A still record has no spread to compare with, one too short no interval."""
+    still = {"spread_of_height": 0.0, "spread_of_height_interval": 0.0}
+    short = {"spread_of_height_interval": None}
+    for values in (four(actm=still, actm_hw=still), four(actm=short, rpm_hw=short)):
+        assert not [v.found for v in paper_statements.verdicts(2, values) if "nan" in v.found]
+    found = {v.statement: v.found for v in paper_statements.verdicts(2, four(actm=still))}
+    said = [text for text in found.values() if "all are at one" in text]
+    assert said and said[0].startswith("0.000 to 0.")
+
+
 def test_heights_and_their_spread_part_the_models():
     for height, spread, answer in ((1.4, 0.15, True), (1.495, 0.199, None), (1.6, 0.3, False)):
         values = four(actm={"mean_height": height, "spread_of_height": spread})
@@ -383,3 +394,13 @@ def test_intervals_of_neighbours():
     assert (found.correlation, found.closest) == (pytest.approx(0.6), 9.0)
     assert found.correlation_interval == pytest.approx(2.26216 * 0.84327 / np.sqrt(10), rel=1e-4)
     assert np.isnan(found.velocity_difference_interval)  # none has another one near
+
+
+@pytest.mark.filterwarnings("error")
+def test_neighbours_of_two_instants():
+    """Too few for an interval: the correlation, which is 1 then, is not told."""
+    found = neighbours.of_series(np.full((2, 2), 9.0), np.array([[0.0, 0.0], [1.0, 1.0]]))
+    assert "correlate" not in found.sentence() and "nan" not in found.sentence()
+    assert found.sentence().endswith("(closest 9.00 D): too short to tell whether they feel each other")
+    longer = neighbours.of_series(np.full((9, 2), 9.0), np.random.default_rng(1).normal(size=(9, 2)))
+    assert "velocities of two correlate by " in longer.sentence()

@@ -3,8 +3,10 @@
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import matplotlib.image
@@ -13,6 +15,7 @@ import pytest
 from bedload_post import film, kept_page, overlap, path, picture, show, states, summary, transport
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import MissingOutput, Run
+from rich.console import Console
 from synthetic import wandering_story, write_run, write_samples
 
 SHOW = Path(__file__).resolve().parents[2] / "postproc" / "show.py"
@@ -297,6 +300,74 @@ def test_everything_is_shown(folder):
     assert track.std() > 0.05
 
 
+def test_pictures_of_before_are_not_shown_as_new(folder, tmp_path, monkeypatch, capsys):
+    """A run goes on after it was shown, and then no picture is drawn, or none can be."""
+    run = shutil.copytree(folder, tmp_path / "run")
+    for name in show.PICTURES:
+        (run / name).write_bytes(b"of before")
+        os.utime(run / name, (1e9, 1e9))
+
+    def shown(pictures):
+        show.show(run, pictures)
+        return (run / "report.html").read_text().count("data:image/png;base64,"), capsys.readouterr().out
+
+    os.utime(run / "history.csv", (2e9, 2e9))
+    count, said = shown(pictures=False)
+    assert count == 0 and ".png" not in said and (run / "picture.png").read_bytes() == b"of before"
+    os.utime(run / "picture.png", (2e9, 2e9))  # the run has not gone on since
+    count, said = shown(pictures=False)
+    assert count == 1 and "picture.png" in said and "path.png" not in said
+    monkeypatch.setattr(show, "_render", lambda *_: None)
+    count, said = shown(pictures=True)
+    assert count == 1 and "path.png" in said and "picture.png" not in said
+    assert {name for name in show.PICTURES if (run / name).exists()} == {"path.png"}
+    assert (run / "path.png").read_bytes() != b"of before"
+
+
+@pytest.fixture
+def slow_screen(tmp_path, monkeypatch):
+    """In xvfb-run's place a shell that never ends; the file with the number of what it has started."""
+    program = tmp_path / "bin" / "xvfb-run"
+    program.parent.mkdir()
+    pid = tmp_path / "pid"
+    program.write_text(f"#!/bin/sh\nsleep 60 &\necho $! > {pid}.part\nmv {pid}.part {pid}\nsleep 60\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(program.parent), prepend=os.pathsep)
+    return pid
+
+
+def wait_until(condition, seconds=30.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def has_ended(pid):
+    status = Path("/proc") / pid.read_text().strip() / "status"
+    return not status.exists() or "\tZ" in status.read_text()
+
+
+def test_a_picture_that_takes_too_long_leaves_nothing_behind(folder, slow_screen, monkeypatch, capsys):
+    monkeypatch.setattr(show, "LONGEST", 3.0)
+    begin = time.monotonic()
+    show._render(Console(width=1000), Run(folder))
+    assert "timed out after 3.0 seconds" in capsys.readouterr().out
+    wait_until(lambda: has_ended(slow_screen))
+    assert time.monotonic() - begin < 30.0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_show_that_is_ended_ends_its_picture(folder, tmp_path, slow_screen, number):
+    run = shutil.copytree(folder, tmp_path / "run")
+    line = ["/usr/bin/python3", "-I", "-B", SHOW, run]
+    shown = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    wait_until(slow_screen.exists)
+    shown.send_signal(number)
+    assert shown.communicate(timeout=30)[1] == "" and shown.returncode == 128 + number
+    wait_until(lambda: has_ended(slow_screen))
+
+
 def test_a_full_disk_is_one_sentence(folder, tmp_path):
     full = shutil.copytree(folder, tmp_path / "full")
     (full / "report.html").unlink(missing_ok=True)
@@ -366,6 +437,23 @@ def test_a_folder_of_kept_results_becomes_a_page(tmp_path):
     (tmp_path / "drag.csv").touch()
     (tmp_path / "settings.toml").write_text("")
     assert not kept_page.is_kept(tmp_path)  # a run
+
+
+def test_a_folder_of_any_tables_is_no_page(tmp_path):
+    """/tmp, say, into which a page would be written."""
+    (tmp_path / "drag.csv").write_text("Re,C_d\n10,4.3\n")
+    (tmp_path / "drag.png").touch()
+    done = subprocess.run(["/usr/bin/python3", "-I", "-B", SHOW, tmp_path], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == f"{tmp_path} has no settings.toml, so it is no output of a run.\n"
+    assert not (tmp_path / "report.html").exists()
+    (tmp_path / "numbers.json").write_text("{}")
+    assert kept_page.is_kept(tmp_path)
+
+
+def test_all_kept_results_have_a_page():
+    kept = {file.parent for ending in ("csv", "png") for file in kept_page.REPORTS.rglob(f"*.{ending}")}
+    assert len(kept) > 10 and all(map(kept_page.is_kept, kept))
 
 
 def test_a_scene_is_no_output(tmp_path):

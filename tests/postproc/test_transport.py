@@ -352,6 +352,24 @@ def test_figures_of_an_earlier_report_go(run, tmp_path):
     assert not {"jumping.png", "correlations.png"} & {file.name for file in tmp_path.iterdir()}
 
 
+def test_short_records_have_no_empty_figure(run, tmp_path, monkeypatch):
+    """Too few samples at any height for a mean; no running mean where the record has not two flow-throughs."""
+    case = model_numbers.make_case("rpm", run, 0.0)
+    assert model_figures.heights([case], tmp_path / "heights.png")
+    short = Run(shutil.copytree(run.folder, tmp_path / "short"))
+    rows = even(story_of_three_states()).arrays(1, 16.0)
+    write_samples(short.folder, {name: values[:30] for name, values in rows.items()})
+    few = model_numbers.make_case("rpm", short, 0.0)
+    assert not model_figures.heights([few], tmp_path / "none.png") and not (tmp_path / "none.png").exists()
+    labels = []
+    monkeypatch.setattr(model_figures, "_save", lambda figure, _: labels.append(figure.axes[0].get_ylabel()))
+    monkeypatch.setitem(vars(case.run), "box", np.array([5.0, 9.0, 8.0]))  # its time of 20 is four flow-throughs
+    for cases in ([case], [few], [case, few]):
+        model_figures.velocity_series(cases, tmp_path / "series.png")
+    assert ["running mean" in label for label in labels] == [True, False, True]
+    assert ["short records" in label for label in labels] == [False, False, True]
+
+
 def test_a_film_has_its_frames(tmp_path):
     """Three frames, white around the scene, and a grain in them that moves."""
     folder = write_run(tmp_path / "run", wandering_story())

@@ -111,6 +111,18 @@ def test_separations_are_whole_cells(tmp_path, capsys):
     assert capsys.readouterr().out.splitlines()[-1].split() == ["5.00", "1.000", "0.914", "-0.978", "at", "2.1"]
 
 
+def test_the_figure_holds_all_correlations(tmp_path, monkeypatch):
+    """A wave's goes down to -1; -0.6 suffices for others."""
+    run, figures = Run(odd_box(tmp_path / "run")), []
+    monkeypatch.setattr(turbulence.plt, "close", figures.append)
+    along_x, along_z, _ = turbulence.correlations(run, [5.0], 0.0)
+    for factor in (1.0, 0.5):
+        turbulence.draw(run, [5.0], along_x, factor * along_z, tmp_path / "r.png")
+    assert along_z.min() < -0.97
+    drawn = [figure for figure in figures if not isinstance(figure, str)]  # pyplot itself closes "all" of no figures
+    assert [figure.axes[0].get_ylim()[0] for figure in drawn] == pytest.approx([along_z.min(), -0.6])
+
+
 @pytest.mark.filterwarnings("error")
 def test_no_correlations_where_a_box_is_not_periodic(tmp_path, capsys):
     run = Run(odd_box(tmp_path / "run"))
