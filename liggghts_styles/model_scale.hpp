@@ -27,10 +27,17 @@ struct ModelScale {
   }
 };
 
+/// Whether a collision time [s] has the three of LIGGGHTS' steps that it needs.
+bool is_resolved(const LAMMPS_NS::LAMMPS& lmp, double collision_time);
+
 /// Ends the run with one sentence where a collision time [s] has fewer than three of LIGGGHTS'
 /// steps: such a contact is over before its force has been looked at often enough, and gains
 /// energy.
 void require_resolved(LAMMPS_NS::LAMMPS* lmp, std::string_view style, double collision_time);
+
+/// Says the same at the start of a run, which goes on: perhaps nothing touches in it. A
+/// collision time that is not known yet is 0.
+void warn_of_unresolved(LAMMPS_NS::LAMMPS* lmp, std::string_view style, double collision_time);
 
 /// At the start of a run: writes "scale: STYLE: WHAT = VALUE" to LIGGGHTS' log, and where the scale
 /// follows the grid of a coupled fluid a line "NOTE: ..." to screen and log.

@@ -183,6 +183,7 @@ class NormalModel<BEDLOAD_ACTM> : public NormalModelBase {
     const double steps = steps_setting_ == not_given ? 10 : steps_setting_;
     scale_ = {name, "collision time", "collisionTime", "time steps", time_setting_, steps};
     bedload::tell_scale(lmp, scale_, fluid_step_);
+    bedload::warn_of_unresolved(lmp, name, scale_.value(fluid_step_));
     constexpr double of_rule[] = {0, 1, 5};
     critical_stokes_ = stokes_setting_ == not_given ? of_rule[rule_] : stokes_setting_;
     resting_overlap_ = overlap_setting_ == not_given ? 1e-3 : overlap_setting_;

@@ -153,9 +153,26 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
     if (strength_ == 0) {
       const double collision_time = duration_.value(fluid_step_);
       bedload::require_resolved(lmp, style, collision_time);
-      strength_ = bedload::contact::rpm_strength(std::sqrt(2 * gravity_ * largest_radius_),
-                                                 collision_time, range_, gravity_, 0.5);
+      strength_ =
+          bedload::contact::rpm_strength(usual_speed(), collision_time, range_, gravity_, 0.5);
+    } else {
+      warn_of_strength();
     }
+  }
+
+  double usual_speed() const { return std::sqrt(2 * gravity_ * largest_radius_); }
+
+  /// Of a strength that is given nothing else says how long collisions last.
+  void warn_of_strength() const {
+    const double time =
+        bedload::contact::rpm_duration(usual_speed(), strength_, range_, gravity_, 0.5);
+    if (bedload::is_resolved(*lmp, time)) return;
+    bedload::warn_of_own(
+        lmp, style,
+        fmt::format("with the strength {:.4g} a collision at sqrt(g D) lasts {:.3g} of LIGGGHTS' "
+                    "steps, a faster one less, and below three spheres gain energy; take a smaller "
+                    "strength or more DEM steps to a fluid step",
+                    strength_, time / update->dt));
   }
 
   static constexpr const char* style = "normal model rpm";
@@ -198,6 +215,7 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
     const double steps = steps_setting_ == not_given ? 5 : steps_setting_;
     duration_ = {style, "collision time", "collisionTime", "time steps", time_setting_, steps};
     bedload::tell_scale(lmp, duration_, fluid_step_);
+    bedload::warn_of_unresolved(lmp, style, duration_.value(fluid_step_));
   }
 
   void warn_of_cells(double h) const {

@@ -34,6 +34,14 @@ inline double rpm_strength(double speed, double duration, double range, double g
   return 1.5 * mass_ratio * speed * speed * q * q * q * range * range / gravity;
 }
 
+/// Duration [s] of a head-on collision at speed u with the strength ε, the inverse of
+/// rpm_strength().
+inline double rpm_duration(double speed, double strength, double range, double gravity,
+                           double mass_ratio) {
+  const double of_unit_time = rpm_strength(speed, 1.0, range, gravity, mass_ratio);
+  return std::cbrt(of_unit_time / strength);  // ε T³ is the same for all
+}
+
 /// Speed at which a partner that is let go at a gap leaves the range: the energy
 ///     ε m_p g S (max{0, S - ζ}/S)³/3
 /// of the repulsion there becomes that of m. [m/s]

@@ -200,6 +200,8 @@ TEST(Rpm, FormulaAndStrength) {
   // A collision with the strength for T lasts T (fine leapfrog) and gives the speed back.
   const double m = 1.5, g = 9.81, range = 0.01, u = 0.4, T = 0.02;
   const double strength = rpm_strength(u, T, range, g, 1.0);
+  EXPECT_NEAR(rpm_duration(u, strength, range, g, 1.0), T, 1e-12 * T);
+  EXPECT_NEAR(rpm_duration(8 * u, strength, range, g, 1.0), 0.5 * T, 1e-12 * T) << "T ~ u^-1/3";
   double gap = range, speed = -u, t = 0;
   const double dt = 1e-6;
   do {
