@@ -341,6 +341,32 @@ def test_settings_without_effect_are_warned_of(tmp_path, change, without, words)
         assert ("WARNING" in said and words in said) == warns, said
 
 
+@pytest.mark.parametrize(
+    ("spheres", "change", "without", "words"),
+    [
+        (PAIR, dict(settings="collisionSteps 2", substeps=1), dict(settings="collisionSteps 3", substeps=1),
+         "lasts 2 of LIGGGHTS' steps of"),
+        (PAIR, dict(contact="model rpm", settings="range 1e-4 collisionSteps 2", substeps=1, lines=[WEIGHT]),
+         dict(contact="model rpm", settings="range 1e-4 collisionSteps 3", substeps=1, lines=[WEIGHT]),
+         "the run ends at the first one"),
+        (MEETING, dict(contact="model rpm", settings="range 1e-3 strength 1e6", lines=[WEIGHT]),
+         dict(contact="model rpm", settings="range 1e-3 strength 10", lines=[WEIGHT]), "spheres gain energy"),
+    ],
+    ids=["actm", "rpm", "strength of rpm"],
+)  # fmt: skip
+def test_collisions_that_no_step_resolves_are_said_early(tmp_path, spheres, change, without, words):
+    """At the start of the run, which may go for hours before anything touches; rpm's strength at its first force."""
+    for place, given, warns in (("with", change, True), ("without", without, False)):
+        scene = Scene(spheres, **{"contact": "model actm", **given})
+        folder = tmp_path / place
+        folder.mkdir()
+        (folder / "spheres.data").write_text(scene.data_file())
+        done = launch(folder, scene.script(2))
+        said = " ".join((done.stdout + done.stderr).split())
+        assert done.returncode == 0, said
+        assert ("WARNING" in said and words in said) == warns, said
+
+
 def test_all_ranks_end(tmp_path):
     """On two ranks the job ends as well, at once, with the sentence and a code that is not 0."""
     scene = Scene(PAIR, restitution=1.5)
