@@ -335,8 +335,8 @@ class _Counter:
             place += counts.shape[2] * (3 * of_part[inside] + state[inside]).ravel()
             counts += np.bincount(place, sample[inside].ravel(), counts.size).reshape(counts.shape)
         place = (len(NAMES) * of_part + state).ravel()
-        for sums, weights in zip(r.spin_sums, (sample, sample * np.abs(spin)), strict=True):
-            sums += np.bincount(place, weights.ravel(), sums.size).reshape(sums.shape)
+        for total, of_sample in zip(r.spin_sums, (sample, sample * np.abs(spin)), strict=True):
+            total += np.bincount(place, of_sample.ravel(), total.size).reshape(total.shape)
 
     def _states(self, time: np.ndarray, grains: np.ndarray) -> np.ndarray:
         """State of each grain (n) at each instant (m); shape (m, n)."""

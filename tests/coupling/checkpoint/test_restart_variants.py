@@ -160,7 +160,7 @@ def test_the_mean_force_is_known_before_the_next_step_is_over(tmp_path):
         assert result.status == 0, result.output
         means[out] = [float(line) for line in (tmp_path / out / "mean.txt").read_text().split("\n")[1:] if line]
     assert len(means["second"]) == 30 and means["second"][0] != 0.0
-    assert means["second"] == pytest.approx(means["whole"][-30:], rel=1e-9)  # round-off of another plan of the transforms
+    assert means["second"] == pytest.approx(means["whole"][-30:], rel=1e-9)  # round-off of the transforms' plan
 
 
 def test_an_insertion_that_was_over_stays_over(tmp_path):
