@@ -314,6 +314,18 @@ def test_a_line_that_stands_again_replaces_the_first(tmp_path):
     assert (tmp_path / "u.csv").is_file() and not (tmp_path / "t.csv").exists()
 
 
+def check_warning(folder, spheres, change, without, words):
+    """The run goes on with both, and says `words` with `change` alone."""
+    for place, given, warns in (("with", change, True), ("without", without, False)):
+        scene = Scene(spheres, **{"contact": "model actm", **given})
+        (folder / place).mkdir()
+        (folder / place / "spheres.data").write_text(scene.data_file())
+        done = launch(folder / place, scene.script(2))
+        said = " ".join((done.stdout + done.stderr).split())
+        assert done.returncode == 0, said
+        assert ("WARNING" in said and words in said) == warns, said
+
+
 @pytest.mark.parametrize(
     ("change", "without", "words"),
     [
@@ -330,15 +342,7 @@ def test_a_line_that_stands_again_replaces_the_first(tmp_path):
 )  # fmt: skip
 def test_settings_without_effect_are_warned_of(tmp_path, change, without, words):
     """The run goes on: a dry start may not know the viscosity yet, and models/rpm.liggghts gives a duration always."""
-    for place, given, warns in (("with", change, True), ("without", without, False)):
-        scene = Scene(PAIR, **{"contact": "model actm", **given})
-        folder = tmp_path / place
-        folder.mkdir()
-        (folder / "spheres.data").write_text(scene.data_file())
-        done = launch(folder, scene.script(10))
-        said = " ".join((done.stdout + done.stderr).split())
-        assert done.returncode == 0, said
-        assert ("WARNING" in said and words in said) == warns, said
+    check_warning(tmp_path, PAIR, change, without, words)
 
 
 @pytest.mark.parametrize(
@@ -356,15 +360,7 @@ def test_settings_without_effect_are_warned_of(tmp_path, change, without, words)
 )  # fmt: skip
 def test_collisions_that_no_step_resolves_are_said_early(tmp_path, spheres, change, without, words):
     """At the start of the run, which may go for hours before anything touches; rpm's strength at its first force."""
-    for place, given, warns in (("with", change, True), ("without", without, False)):
-        scene = Scene(spheres, **{"contact": "model actm", **given})
-        folder = tmp_path / place
-        folder.mkdir()
-        (folder / "spheres.data").write_text(scene.data_file())
-        done = launch(folder, scene.script(2))
-        said = " ".join((done.stdout + done.stderr).split())
-        assert done.returncode == 0, said
-        assert ("WARNING" in said and words in said) == warns, said
+    check_warning(tmp_path, spheres, change, without, words)
 
 
 def test_all_ranks_end(tmp_path):

@@ -21,6 +21,7 @@ from bedload_launcher.errors import UserError, refused, unknown
 from bedload_launcher.words import plain
 from bedload_post import show
 from bedload_studies import analysis_speed
+from processes import ended, wait_for
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -602,21 +603,6 @@ def test_nothing_runs_on_when_the_launcher_is_killed(tmp_path, number):
     launcher.send_signal(number)
     launcher.wait()
     wait_for(lambda: ended(running))
-
-
-def ended(process):
-    """Of a folder in /proc: whether its process is gone, or dead and nobody has asked for it yet."""
-    try:
-        return "\tZ" in (process / "status").read_text()
-    except OSError:
-        return True
-
-
-def wait_for(condition, seconds=30.0):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def test_status_and_signals_pass_through(tmp_path):

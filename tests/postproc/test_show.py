@@ -15,6 +15,7 @@ import pytest
 from bedload_post import film, kept_page, overlap, path, picture, show, states, summary, transport
 from bedload_post.frames import time_ranges
 from bedload_post.outputs import MissingOutput, Run
+from processes import ended, wait_for
 from rich.console import Console
 from synthetic import wandering_story, write_run, write_samples
 
@@ -336,24 +337,12 @@ def slow_screen(tmp_path, monkeypatch):
     return pid
 
 
-def wait_until(condition, seconds=30.0):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
-
-
-def has_ended(pid):
-    status = Path("/proc") / pid.read_text().strip() / "status"
-    return not status.exists() or "\tZ" in status.read_text()
-
-
 def test_a_picture_that_takes_too_long_leaves_nothing_behind(folder, slow_screen, monkeypatch, capsys):
     monkeypatch.setattr(show, "LONGEST", 3.0)
     begin = time.monotonic()
     show._render(Console(width=1000), Run(folder))
     assert "timed out after 3.0 seconds" in capsys.readouterr().out
-    wait_until(lambda: has_ended(slow_screen))
+    wait_for(lambda: ended(Path("/proc") / slow_screen.read_text().strip()))
     assert time.monotonic() - begin < 30.0
 
 
@@ -362,10 +351,10 @@ def test_a_show_that_is_ended_ends_its_picture(folder, tmp_path, slow_screen, nu
     run = shutil.copytree(folder, tmp_path / "run")
     line = ["/usr/bin/python3", "-I", "-B", SHOW, run]
     shown = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    wait_until(slow_screen.exists)
+    wait_for(slow_screen.exists)
     shown.send_signal(number)
     assert shown.communicate(timeout=30)[1] == "" and shown.returncode == 128 + number
-    wait_until(lambda: has_ended(slow_screen))
+    wait_for(lambda: ended(Path("/proc") / slow_screen.read_text().strip()))
 
 
 def test_a_full_disk_is_one_sentence(folder, tmp_path):

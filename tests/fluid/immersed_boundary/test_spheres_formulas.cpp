@@ -101,6 +101,7 @@ TEST(DeferredShare, OldPressureIsStableForAnAddedMassBelowNine) {
     EXPECT_LT(left(ratio, 7.0), -1.0) << "which has no room for neighbours, " << ratio;
     EXPECT_GT(left(ratio, 8.5, true, true), -1.0) << "several, " << ratio;
   }
+  EXPECT_NEAR(old_pressure_share(-1.0, 0.4 * fluid, fluid, true, true), 0.08, round_off);
   EXPECT_EQ(old_pressure_share(-1.0, 0.0, fluid, true, true), 0.25) << "no density is known";
   EXPECT_NEAR(left(0.7, 0.0, false), 0.75, round_off) << "as are those that move once a step";
 }
