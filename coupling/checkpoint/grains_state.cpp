@@ -358,14 +358,12 @@ void GrainsState::compare(const RunScript& script, const ScriptAtoms& made) {
   std::vector<std::string> told = differences(script_, script);
   int changed = told.empty() ? 0 : 1;  // the first rank alone knows the scripts
   MPI_Bcast(&changed, 1, MPI_INT, 0, lmp_->world);
-  if (changed != 0 && (made.count != made_.count || made.sizes != made_.sizes))
-    throw UserError(
-        fmt::format("{}: the run before began with {} spheres, and this script makes {}{}; a run "
-                    "goes on with its "
-                    "own spheres: take back what changes them ({}), or begin a new run.",
-                    path_, made_.count, made.count,
-                    made.count == made_.count ? " of other sizes or numbers" : "",
-                    lmp_->comm->me == 0 ? told.front() : ""));
+  const std::string others = changed != 0 ? made_.what_differs(made) : "";
+  if (!others.empty())
+    throw UserError(fmt::format(
+        "{}: the run before began with {} spheres, and this script makes {}; a run goes "
+        "on with its own spheres: take back what changes them ({}), or begin a new run.",
+        path_, made_.count, others, lmp_->comm->me == 0 ? told.front() : ""));
   for (std::size_t n = 0; n < most_groups; ++n) {
     const std::string& name = made.groups[n];
     if (name.empty() || name == "all") continue;

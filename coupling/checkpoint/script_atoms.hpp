@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,12 +27,18 @@ struct ScriptAtoms {
   std::array<std::int64_t, most_groups> members{};  ///< of each: its atoms' numbers
   std::int64_t count = 0;
   std::int64_t sizes = 0;  ///< numbers and radii
+  /// Densities and, if LIGGGHTS has made no step yet, places and speeds; none in files of before.
+  std::optional<std::int64_t> states;
 
   /// Of the present atoms. Collective.
   static ScriptAtoms of(LAMMPS_NS::LAMMPS* lmp);
 
   void save(const SaveGroup& group) const;
   void load(const LoadGroup& group);
+
+  /// What of `other` is not as here, as in "a run with [so many spheres, others]"; empty: all is.
+  /// Places and speeds after a dry run depend on what it computed, and are not compared.
+  std::string what_differs(const ScriptAtoms& other) const;
 
   /// The bit of a group; -1: there is none of this name.
   int bit_of(const std::string& name) const;

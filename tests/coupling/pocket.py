@@ -24,9 +24,9 @@ def job(out, *fluid_options, **options):
     return run(line(out, *fluid_options, **options), out.parent, timeout=300)
 
 
-def two_checkpoints(out):
-    """A run's folder with the checkpoints of steps 2 and 4."""
-    result = job(out, "--steps", "4", "--set", "checkpoint.every=0.04")
+def two_checkpoints(out, **more):
+    """A run's folder with the checkpoints of steps 2 and 4; `more` as job() takes it."""
+    result = job(out, "--steps", "4", "--set", "checkpoint.every=0.04", **more)
     assert result.status == 0, result.output
     return out
 

@@ -73,7 +73,6 @@ def test_another_gravity_is_said(begun, tmp_path):
 LINES = {
     "material": ("2 0.9 0.9", "2 0.8 0.9"),
     "film": ("lubrication all lubrication", "lubrication all lubrication range 0.2"),
-    "order": ("velocity        grains set 0.7", "velocity        grains set 0.6"),
 }
 
 
@@ -94,6 +93,10 @@ SPHERES = {
                  "density 2.5\ngroup           bed"),
     "another size": ("set             group all diameter 1.0 density 2.5",
                      "set group all diameter 1.0 density 2.5\nset type 2 diameter 0.9"),
+    "another density": ("set             group all diameter 1.0 density 2.5",
+                        "set group all diameter 1.0 density 2.5\nset type 2 density 2.6"),
+    "elsewhere": ("create_atoms    2 single 3.3 2.0 0.5", "create_atoms 2 single 3.3 2.0 0.6"),
+    "another speed": ("velocity        grains set 0.7", "velocity grains set 0.6"),
 }  # fmt: skip
 
 
@@ -105,6 +108,24 @@ def test_other_spheres_are_refused(begun, tmp_path, name):
     assert result.status == 1
     assert "the run before began with 10 spheres" in result.output
     assert "take back what changes them" in result.output
+
+
+def test_spheres_of_a_dry_run_are_compared_by_what_it_does_not_compute(tmp_path):
+    """Another friction gives other places after a dry run; that is no reason to refuse the friction."""
+    dry = SCRIPT.replace("map array", "map array sort 0 0").replace(  # to be sorted they need a range
+        "fix             fluid",
+        "fix dry grains nve/sphere\ntimestep 0.0001\nrun 20\nunfix dry\nfix             fluid")  # fmt: skip
+    first = tmp_path / "first.liggghts"
+    first.write_text(dry)
+    begun = two_checkpoints(tmp_path / "begun", script=first)
+    (tmp_path / "speed").mkdir()
+    result, _ = going_on(begun, tmp_path / "speed", text=dry.replace("grains set 0.7", "grains set 0.6"))
+    assert result.status == 0, result.output
+    (tmp_path / "density").mkdir()
+    text = dry.replace("diameter 1.0 density 2.5", "diameter 1.0 density 2.6")
+    result, _ = going_on(begun, tmp_path / "density", text=text)
+    assert result.status == 1
+    assert "this script makes spheres of other densities" in result.output
 
 
 def test_groups_are_found_by_name(begun, tmp_path):
