@@ -181,6 +181,7 @@ class NormalModel<BEDLOAD_RPM> : public NormalModelBase {
   /// model is: with shorter steps, where its strength follows them.
   void note_start(const SurfacesCloseData& s, double gap) {
     if (mass(s) == 0) return;
+    if (!s.is_wall && atom->tag[s.i] == atom->tag[s.j]) return;  // its own image pushes back evenly
     const bool i_moves = mobility_.inverse_mass(*atom, s.i) > 0;
     const bool j_moves = !s.is_wall && mobility_.inverse_mass(*atom, s.j) > 0;
     const double speed = bedload::contact::rpm_parting_speed(gap, range_, strength_, gravity_,

@@ -289,6 +289,10 @@ std::vector<std::string> warnings(const Settings& s, const DerivedNumbers& numbe
   if (s.statistics.spectra_every != 1 && s.statistics.spectra_heights.empty())
     no_effect("statistics.spectra_every", "'statistics.spectra_heights'");
   warn_of_spectra_between_walls(s, found);
+  if (s.time.cfl == 0.0 && s.time.end > 0.0 && s.time.end < 0.5 * s.time.step)
+    found.push_back(fmt::format(
+        "{}: 'time.end' = {} is less than half of 'time.step' = {}: no step will be made.", s.file,
+        s.time.end, s.time.step));
   if (s.statistics.every > 0 && s.statistics.from >= s.time.end)
     found.push_back(
         fmt::format("{}: 'statistics.from' = {} is not before 'time.end' = {}: none will be taken.",

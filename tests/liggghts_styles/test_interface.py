@@ -225,6 +225,16 @@ def test_a_sphere_that_starts_inside_the_range_of_rpm_is_named(tmp_path, share, 
     assert ("rpm: sphere 1 stands 0.0002 inside the range" in run_script(tmp_path, scene.script(5))) == warns
 
 
+def test_a_sphere_is_not_thrown_off_by_its_own_image(tmp_path):
+    """In a periodic box 1.01 D wide it stands inside the range of itself, which pushes it evenly from both sides."""
+    settings, half = f"range 4e-4 strength {1e5}", 0.505 * D
+    scene = Scene([Sphere((0, 0, 0))], contact="model rpm", settings=settings, lines=WEIGHT, boundary="p f f",
+                  box=((-half, half), (-0.1, 0.1), (-0.1, 0.1)), skin=4e-4)  # fmt: skip
+    (tmp_path / "spheres.data").write_text(scene.data_file())
+    assert "inside the range" not in run_script(tmp_path, scene.script(5))
+    assert scene.run(tmp_path, 5).f[0][0] == pytest.approx(0, abs=1e-12)
+
+
 @pytest.mark.parametrize(("given", "steps"), [("collisionSteps 8", 8), ("", 5)])
 def test_default_strength_of_rpm(tmp_path, given, steps):
     """Two equal spheres that meet at sqrt(g D) are in range of each other for collisionSteps fluid steps, five unless

@@ -309,6 +309,8 @@ TEST(BadSettings, WarningsAreGiven) {
   EXPECT_EQ(spoken({"fluid.gravity=[0.1, -1.0, 0.0]", "flow.driving=gravity"}), "");
   EXPECT_THAT(spoken({"statistics.every=1", "statistics.from=2.0"}),
               HasSubstr("'statistics.from'"));
+  EXPECT_THAT(spoken({"time.end=1.0", "time.step=2.1"}), HasSubstr("no step will be made"));
+  EXPECT_EQ(spoken({"time.end=1.0", "time.step=2.1", "time.cfl=1.0"}), "");  // it shortens the step
   EXPECT_THAT(spoken({"statistics.every=1", "statistics.spectra_every=2"}),
               HasSubstr("'statistics.spectra_heights'"));
   EXPECT_THAT(spoken({"spheres.interior_term=off", "spheres.deferred_impulse_share=0.3"}),
