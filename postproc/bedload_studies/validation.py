@@ -7,17 +7,16 @@ CASE.json, CASE.png and, all together, README.md.
 """
 
 import argparse
-import textwrap
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from bedload_launcher.errors import UserError, unknown
 from bedload_launcher.job import Ranks
 
 from . import (
-    validation_arrays, validation_erosion, validation_erosion_law, validation_falls, validation_incipient,
-    validation_packings, validation_rebounds, validation_sliding, validation_spin, validation_steady,
-    validation_suspensions,
+    validation_arrays, validation_erosion, validation_erosion_law, validation_falls, validation_figures,
+    validation_incipient, validation_packings, validation_rebounds, validation_sliding, validation_spin,
+    validation_steady, validation_suspensions,
 )  # fmt: skip
 from .validation_runs import Result, Row, Runner
 
@@ -43,10 +42,30 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
+    parser.add_argument(
+        "--rewrite", type=Path, default=None, metavar="DIR",
+        help="figures and page of a kept report anew from its numbers; nothing is run",
+    )  # fmt: skip
+
+
+def rewrite(report: Path, names: Collection[str] = ()) -> None:
+    """Figures (of `names`, or all) and page of a kept report from its CASE.json."""
+    for name in names or CASES:
+        if (kept := report / f"{name}.json").is_file():
+            validation_figures.draw(name, Result.load(kept), report / f"{name}.png")
+    _write_page(report)
+
+
 def run(options: argparse.Namespace) -> int:
     for name in options.case:
         if name not in CASES:
             raise unknown("case", name, CASES)
+    if options.rewrite is not None:
+        if not any(options.rewrite.glob("*.json")):
+            raise UserError(f"{options.rewrite} has no CASE.json.")
+        rewrite(options.rewrite.resolve(), options.case)
+        print(f"bedload: figures and page anew in {options.rewrite}")
+        return 0
     report = (options.report or options.runs / "report").resolve()
     report.mkdir(parents=True, exist_ok=True)
     failed = 0
@@ -60,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
             continue
         result.costs, result.made_by = runner.costs, runner.made_by
         result.save(report / f"{name}.json")
-        _draw(result, report / f"{name}.png")
+        validation_figures.draw(name, result, report / f"{name}.png")
         _print(result)
         failed += sum(row.passed is False for row in result.rows)
     _write_page(report)
@@ -83,31 +102,6 @@ def _print(result: Result) -> None:
         verdict = {True: "ok", False: "MISSED", None: ""}[row.passed]
         print(f"  {row.found:10.5g} {reference:>10} {_error(row):>9} {_bound(row):>6} {verdict:<6} "
               f"{row.what}", flush=True)  # fmt: skip
-
-
-def _title(title: str) -> str:
-    """``title`` in lines that a figure holds; what stands about an equals sign stays together."""
-    return textwrap.fill(title.replace(" = ", "\u00a0=\u00a0"), 60)
-
-
-def _draw(result: Result, path: Path) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(6.4, 4.2), layout="constrained")
-    for curve in result.curves:
-        style = {"linestyle": "none", "marker": "o", "markersize": 4} if curve.points else (
-            {"marker": "."} if len(curve.x) < 10 else {})  # fmt: skip
-        axes.plot(curve.x, curve.y, label=curve.label, **style)
-    if result.logarithmic:
-        axes.set(xscale="log", yscale="log")
-    axes.set(xlabel=result.axes[0], ylabel=result.axes[1], title=_title(result.title))
-    axes.legend(fontsize=8)
-    axes.grid(alpha=0.3)
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
 
 
 def _write_page(report: Path) -> None:

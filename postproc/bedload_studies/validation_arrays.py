@@ -121,23 +121,29 @@ def _settled(runner: Runner, density: float, diffusion: str, number: float) -> f
         return -float(file["mobile/velocity"][-1, 0])
 
 
+# Of the sphere's centre off a corner of the cells, along x, y and z [h].
+PLACES = (
+    (0, 0, 0), (0.5, 0, 0), (0.25, 0.25, 0.25), (0.37, 0.11, 0.44), (0.5, 0.5, 0.5), (0.1, 0.3, 0.2), (0.45, 0.05, 0.25),
+)  # fmt: skip
+OFFSETS = {n: "\n".join(f"{part:g}" for part in place) for n, place in enumerate(PLACES)}  # at a figure's ticks
+
+
 def offsets(runner: Runner) -> Result:
     """Drag of an array at several places of the sphere between the cells."""
     result = Result("Where the sphere lies between the cells", axes=("place", "K"))
     fraction = 0.064
-    places = [(0, 0, 0), (0.5, 0, 0), (0.25, 0.25, 0.25), (0.37, 0.11, 0.44), (0.5, 0.5, 0.5),
-              (0.1, 0.3, 0.2), (0.45, 0.05, 0.25)]  # fmt: skip
     for cells, bound in ((16, 0.01), (32, 0.01)):
         drags = [
             array_drag(runner, f"offset-{cells}-{n}", fraction, cells, offset=place)[0]
-            for n, place in enumerate(places if cells == 16 else places[:4])
+            for n, place in enumerate(PLACES if cells == 16 else PLACES[:4])
         ]
         mean = float(np.mean(drags))
         worst = max(drags, key=lambda k: abs(k - mean))
         result.rows.append(Row(f"K furthest from the mean of {len(drags)} places, "
                                f"D/h = {cells / array_edge(fraction):.1f}", worst, mean, bound,
                                source="the mean"))  # fmt: skip
-        result.curves.append(Curve(f"{cells} cells", list(range(len(drags))), drags, points=True))
+        result.curves.append(Curve(f"D/h = {cells / array_edge(fraction):.1f}", list(range(len(drags))), drags,
+                                   points=True))  # fmt: skip
     return result
 
 

@@ -191,7 +191,7 @@ def _in_a_stream(runner: Runner, n: int) -> np.ndarray:
 def pocket(runner: Runner) -> Result:
     """A grain held in its pocket in a stream: what drag, lift and torque depend on the grid."""
     result = Result("Load on a grain in its pocket in a stream, Re = 200",
-                    axes=("cells to a diameter", f"load over that with D/h = {FINEST}"))  # fmt: skip
+                    axes=("D/h", f"load over that with D/h = {FINEST}"))  # fmt: skip
     result.remarks.append(
         "The flow starts from a logarithmic profile over a square layer, bulk velocity 1 over 5 D, nu = 0.005; loads "
         "are means from t = 2.4 to 3. The four neighbours share cells with most of the grain's lower half, where "

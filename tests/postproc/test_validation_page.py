@@ -1,9 +1,16 @@
 """The page of the validation says first what misses its bound, and every number has its place."""
 
+import shutil
+from pathlib import Path
+
+import pytest
 from bedload_launcher.job import Ranks, readable
 from bedload_studies import validation_runs
-from bedload_studies.validation import page_of
-from bedload_studies.validation_runs import Result, Row, Runner
+from bedload_studies.validation import CASES, page_of, rewrite
+from bedload_studies.validation_figures import PANELS, draw, in_symbols, is_reference, panels
+from bedload_studies.validation_runs import Curve, Result, Row, Runner, marks
+
+REPORTS = Path(__file__).resolve().parents[2] / "postproc" / "reports"
 
 DRAG = Result("Drag, D/h = 8", rows=[
     Row("K", 2.02, 2.0, 0.02, source="theory"), Row("order", 1.3),
@@ -65,3 +72,30 @@ def test_blanks_in_a_folder_do_not_reach_the_scripts(tmp_path, monkeypatch):
     assert line[line.index("--out") + 1] == str(tmp_path / "my runs" / "first")
     for name in ("out", "inputs"):
         assert readable(line[line.index(name) + 1])
+
+
+@pytest.mark.parametrize("file", sorted((REPORTS / "validation").glob("*.json")), ids=lambda file: file.stem)
+def test_a_figure_shows_every_curve_and_no_panel_is_crowded(file):
+    curves = Result.load(file).curves
+    shown = [[c for c in curves if panel.holds(c)] for panel in panels(file.stem)]
+    assert all(any(curve in own for own in shown) for curve in curves)
+    for own in shown:
+        ours = [c for c in own if not is_reference(c)]
+        assert own
+        assert len([c for c in ours if not c.points]) <= 4 and len([c for c in ours if c.points]) <= 4
+
+
+def test_panels_belong_to_cases_and_their_curves_are_there(tmp_path):
+    assert set(PANELS) <= set(CASES)
+    result = Result("Spin", curves=[Curve("D/h = 8", [0, 1], [1, 2]), marks("measured", [(0, 1)])], axes=("t", "u_g"))
+    draw("no such case", result, tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").stat().st_size > 5000
+    assert in_symbols("t nu / D^2, u_g") == "t ν / D$^{2}$, $u_g$"
+
+
+def test_a_kept_report_is_made_anew_without_runs(tmp_path):
+    for name in ("spin", "offsets"):
+        shutil.copy(REPORTS / "validation" / f"{name}.json", tmp_path)
+    rewrite(tmp_path)
+    assert sorted(file.name for file in tmp_path.glob("*.png")) == ["offsets.png", "spin.png"]
+    assert "## offsets: " in (tmp_path / "README.md").read_text(encoding="utf-8")
