@@ -40,8 +40,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="folder of tables and figures (default: DIR/report; the kept one is "
         "postproc/reports/validation)",
     )  # fmt: skip
-
-
     parser.add_argument(
         "--rewrite", type=Path, default=None, metavar="DIR",
         help="figures and page of a kept report anew from its numbers; nothing is run",

@@ -123,9 +123,10 @@ def _settled(runner: Runner, density: float, diffusion: str, number: float) -> f
 
 # Of the sphere's centre off a corner of the cells, along x, y and z [h].
 PLACES = (
-    (0, 0, 0), (0.5, 0, 0), (0.25, 0.25, 0.25), (0.37, 0.11, 0.44), (0.5, 0.5, 0.5), (0.1, 0.3, 0.2), (0.45, 0.05, 0.25),
+    (0, 0, 0), (0.5, 0, 0), (0.25, 0.25, 0.25), (0.37, 0.11, 0.44), (0.5, 0.5, 0.5), (0.1, 0.3, 0.2),
+    (0.45, 0.05, 0.25),
 )  # fmt: skip
-OFFSETS = {n: "\n".join(f"{part:g}" for part in place) for n, place in enumerate(PLACES)}  # at a figure's ticks
+OFFSETS: dict[float, str] = {n: "\n".join(f"{part:g}" for part in place) for n, place in enumerate(PLACES)}
 
 
 def offsets(runner: Runner) -> Result:

@@ -62,6 +62,7 @@ class Panel:
 
 
 _DOWN_AND_ACROSS = (Panel(("down*",), y="u down / u_g"), Panel(("across*",), y="u across / u_g"))
+_BOUNCES: dict = {"xlim": (-0.02, 0.165), "ylim": (-0.15, 3.2)}
 PANELS: dict[str, Sequence[Panel]] = {
     "array": (
         Panel(("volume fraction 0.0*", "volume fraction 0.216", "0.216,*"), "loose"),
@@ -90,8 +91,8 @@ PANELS: dict[str, Sequence[Panel]] = {
         Panel(("*ratio 0.*",), "lighter than the fluid"),
     ),
     "rebound": (
-        Panel(("measured", "D/h = 10", "D/h = 15"), "pushed over 5.5 D, as by default", xlim=(-0.02, 0.165), ylim=(-0.15, 3.2)),
-        Panel(("measured", "D/h = 10, pushed*"), "pushed over 20 D", xlim=(-0.02, 0.165), ylim=(-0.15, 3.2)),
+        Panel(("measured", "D/h = 10", "D/h = 15"), "pushed over 5.5 D, as by default", **_BOUNCES),
+        Panel(("measured", "D/h = 10, pushed*"), "pushed over 20 D", **_BOUNCES),
     ),
     "rebound27": (Panel(xlim=(-0.005, 0.06), ylim=(-0.1, 0.6)),),
     "sliding": (

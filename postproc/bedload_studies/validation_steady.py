@@ -179,7 +179,8 @@ def wall_drag_and_lift(reynolds: float) -> tuple[float, float]:
 
 def wall_lift(runner: Runner) -> Result:
     """Drag and lift of a sphere at rest on a wall in shear with inertia, Re = 2 and 10."""
-    result = Result("A sphere at rest on a wall in shear flow with inertia, D/h = 8", axes=("D over the box's width", "error / %"))
+    result = Result("A sphere at rest on a wall in shear flow with inertia, D/h = 8",
+                    axes=("D over the box's width", "error / %"))  # fmt: skip
     n, height, y = 8, 6.0, 0.505
     for reynolds in (2.0, 10.0):
         viscosity = y / reynolds
