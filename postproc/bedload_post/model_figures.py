@@ -40,7 +40,7 @@ MODELS = {
 }
 PAPER_CELLS = 20  # to a diameter, of the paper's Setup II
 JUMP_EDGES = np.linspace(0.0, 1.5, 16)  # heights of jumps, in D
-FEWEST = 10  # jumps or creeping phases of a model that is drawn
+FEWEST = 10  # jumps, creeping phases or collisions of a model that is drawn
 SLIP_LENGTHS = np.concatenate([[0.0], np.geomspace(0.02, 2.0, 16)])  # of creeping phases, in D
 DPI = 110
 LEGEND = 0.32  # height of the row of names over a figure [inch]
@@ -445,10 +445,11 @@ def smooth_inside(values: np.ndarray, width: int) -> np.ndarray:
 
 
 def collisions(measured: Sequence[tuple[Case, CollisionStatistics]], file: Path) -> bool:
-    """Histograms of St, T/T_c and overlap of the collisions; False where there are none."""
+    """Histograms of St, T/T_c and overlap of the collisions; False where no case has FEWEST, of which one would fill
+    the panel."""
     of_case = dict((id(case), found) for case, found in measured)
     rows = [
-        [case for case in own if len(of_case[id(case)])]
+        [case for case in own if len(of_case[id(case)]) >= FEWEST]
         for own in rows_of([case for case, _ in measured])
     ]
     rows = [own for own in rows if own]
@@ -468,10 +469,13 @@ def collisions(measured: Sequence[tuple[Case, CollisionStatistics]], file: Path)
         for axis, (name, edges, label) in zip(panels, kinds, strict=True):
             for case in own:
                 values = _positive(of_case[id(case)], name)
-                if len(values):
+                if len(values) >= FEWEST:
                     counts = np.histogram(values, edges)[0] / len(values)
                     axis.stairs(counts, edges, **case.line)
             axis.set(xscale="log", xlabel=label, ylabel="share of the collisions in a bin")
+            if not axis.patches:
+                axis.annotate(f"fewer than {FEWEST} collisions with a value", (0.5, 0.5), xycoords="axes fraction",
+                              ha="center", fontsize=9, color="#777777")  # fmt: skip
             for limit in {"stokes": STOKES_LIMITS, "duration": (1.0,)}.get(name, ()):
                 axis.axvline(limit, color="#999999", lw=0.8, zorder=0)
                 axis.annotate(f"{limit:g}", (limit, 1.0), xycoords=("data", "axes fraction"), ha="center", va="bottom",

@@ -36,13 +36,15 @@ def draw(folder: Path, file: Path) -> None:
     figure, axes = plt.subplots(figsize=(9, 2.2), layout="constrained")
     named = set()
     for program, part, start, end in rows:
+        # An edge, and no smoothing: parts that follow each other have no white line between them.
+        colour = COLOURS.get(part, "#dddddd")
         axes.barh(
-            programs.index(program), 1e3 * (end - start), left=1e3 * start, height=0.6,
-            color=COLOURS.get(part, "#dddddd"), label=None if part in named else part,
+            programs.index(program), 1e3 * (end - start), left=1e3 * start, height=0.6, color=colour, edgecolor=colour,
+            linewidth=0.4, antialiased=False, label=None if part in named else part,
         )  # fmt: skip
         named.add(part)
     axes.set_yticks(range(len(programs)), programs)
-    axes.set_xlabel("time since the step began [ms]")
+    axes.set(xlabel="time since the step began [ms]", xlim=(0.0, None))
     axes.legend(ncols=4, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, 1.45))
     figure.savefig(file, dpi=120, bbox_inches="tight")
     plt.close(figure)

@@ -56,14 +56,15 @@ def draw_against(p: WallProfiles, mean: dict, rms: dict, s: FlowStatistics, file
         top_right.plot(rms["yplus"], rms[f"{q}rms"], color=COLOURS[q], **dots)
     top_right.plot(p.y, -p.uv, color=COLOURS["uv"], label="−⟨u'v'⟩")
     top_right.plot(rms["yplus"], -rms["uv"], color=COLOURS["uv"], **dots)
-    top_right.set(xlim=(0, p.reynolds), xlabel="y⁺", title="fluctuations (dots: del Álamo & Jiménez)")
+    top_right.set(xlim=(0, p.reynolds), xlabel="y⁺", ylabel="in u_τ, u_τ²",
+                  title="fluctuations (dots: del Álamo & Jiménez)")  # fmt: skip
     top_right.legend(frameon=False)
     scale = s.density * s.u_tau**2
     low_left.plot(s["y_face"], s["viscous"] / scale, "--", color="0.5", label="viscous")
     low_left.plot(s["y_face"], s["turbulent"] / scale, "-.", color="0.5", label="turbulent")
     low_left.plot(s["y_face"], s.total_stress / scale, color=COLOURS["u"], label="total")
     low_left.plot([0, s["y_face"][-1]], [1, -1], ":", color="0.2", label="straight line")
-    low_left.set(xlabel="y/δ", title="stress over ρ u_τ²")
+    low_left.set(xlabel="y/δ", ylabel="stress / (ρ u_τ²)", title="stress balance")
     low_left.legend(frameon=False)
     length = s.viscosity / s.u_tau
     for at, style in zip(s.spectra, ("-", "--"), strict=False):
@@ -72,7 +73,7 @@ def draw_against(p: WallProfiles, mean: dict, rms: dict, s: FlowStatistics, file
                 at.k[d] * length, at.along[f"u_{d}"] / (s.u_tau**2 * length), style, color=colour,
                 label=f"along {d}, y⁺ = {at.height / length:.0f}",
             )  # fmt: skip
-    low_right.set(xlabel="k⁺", title="spectra of u'", ylim=(1e-7, None))
+    low_right.set(xlabel="k⁺", ylabel="E⁺", title="spectra of u'", ylim=(1e-7, None))
     if s.spectra:
         low_right.legend(frameon=False)
     figure.savefig(file, dpi=110)

@@ -19,7 +19,7 @@ from bedload_launcher.words import read_rows
 
 from . import accuracy_scene
 from .accuracy_cases import CASES, PricedRunner, choices
-from .accuracy_report import write_report
+from .accuracy_report import draw_cases, write_report
 from .earlier_run import add_start_from
 from .scene_answers import refuse_needless
 
@@ -105,9 +105,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--runs", type=Path, default=Path("runs/accuracy"), help="where runs go")
     parser.add_argument("--again", action="store_true", help="repeat what the table has already")
     parser.add_argument("--report", type=Path, help="folder of the report (default: RUNS/report)")
+    parser.add_argument("--rewrite", type=Path, metavar="DIR", help="figures of a kept report of the known cases anew from "
+                        "its numbers; nothing is run")  # fmt: skip
+
+
+def rewrite(folder: Path) -> None:
+    """Figures of a kept report of the known cases from its accuracy.csv."""
+    draw_cases(read_table(folder / "accuracy.csv"), front, folder)
 
 
 def run(options: argparse.Namespace) -> int:
+    if options.rewrite is not None:
+        if not (options.rewrite / "accuracy.csv").is_file():
+            raise UserError(f"{options.rewrite} has no accuracy.csv.")
+        rewrite(options.rewrite)
+        return 0
     refuse_needless(options, OF_A_SCENE, OF_CASES, "the known cases")
     if options.scene is not None:
         return accuracy_scene.run(options)

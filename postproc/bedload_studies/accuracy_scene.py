@@ -28,6 +28,7 @@ from bedload_launcher.scenes import Scene, choose_model, find_scene
 from bedload_launcher.words import last_sentence, say
 
 from .earlier_run import EarlierRun
+from .log_ticks import plain_ticks
 from .scene_answers import Priced, chosen, interleaved, paired, run_once
 
 matplotlib.use("Agg")
@@ -196,6 +197,7 @@ def draw(rows: list[Row], name: str, file: Path) -> None:
     left.set_yticks(place, [r.choice for r in shown])
     right.plot([r.price for r in shown], place, "s", color="#c8553d")
     right.set(xlabel="price / core-seconds", xscale="log")
+    plain_ticks(right.xaxis)
     for axis in (left, right):
         axis.grid(alpha=0.25)
     figure.savefig(file, dpi=110)

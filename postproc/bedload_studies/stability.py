@@ -29,7 +29,7 @@ from .criteria import REFUSED, SEVERITY, STOPPED, UNSTABLE, Verdict
 from .hard_cases import CASES, HardCase
 from .runaway import without_cause
 from .scene_answers import refuse_needless
-from .stability_report import write_report
+from .stability_report import draw_map, write_report
 from .trajectories import Trajectories
 
 OF_A_SCENE = ("time", "model", "ranks", "set")
@@ -152,9 +152,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, default=Path("runs/stability"), help="folder of the report"
     )
+    parser.add_argument("--rewrite", type=Path, metavar="DIR", help="map of a kept report of the hard cases anew from "
+                        "its numbers; nothing is run")  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> int:
+    if options.rewrite is not None:
+        if not (options.rewrite / "stability.csv").is_file():
+            raise UserError(f"{options.rewrite} has no stability.csv.")
+        draw_map(read_table(options.rewrite / "stability.csv"), options.rewrite / "stability.png")
+        return 0
     refuse_needless(options, OF_A_SCENE, OF_CASES, "the hard cases")
     if options.scene is not None:
         return stability_scene.run(options)

@@ -16,6 +16,7 @@ COLOURS = {
     PASS: "#4c9f70", INACCURATE: "#e9c46a", UNSTABLE: "#c8553d", REFUSED: "#9aa5b1",
     STOPPED: "#6b4f8a",
 }  # fmt: skip
+LEGEND = 0.4  # height of the row of names over the panels [inch]
 
 
 def draw_map(cells, file: Path) -> None:
@@ -23,8 +24,9 @@ def draw_map(cells, file: Path) -> None:
     names = [name for name in CASES if any(c.case == name for c in cells)]
     columns = 3
     rows = -(-len(names) // columns)
+    height = 2.6 * rows + LEGEND
     figure, axes = plt.subplots(
-        rows, columns, figsize=(4.2 * columns, 2.6 * rows), squeeze=False, layout="constrained"
+        rows, columns, figsize=(4.2 * columns, height), squeeze=False, layout="constrained"
     )
     for axis in axes.flat[len(names) :]:
         axis.set_axis_off()
@@ -43,7 +45,7 @@ def draw_map(cells, file: Path) -> None:
                 )
             else:
                 axis.plot(
-                    x, y, "o", ms=9, mfc=COLOURS[cell.verdict], mec="white", mew=1.5, zorder=2
+                    x, y, "o", ms=9, mfc=COLOURS[cell.verdict], mec="black", mew=1.0, zorder=2
                 )
         axis.set(
             xlim=(-0.5, len(steps) - 0.5), ylim=(-0.5, len(values) - 0.5), ylabel=case.knob,
@@ -55,12 +57,10 @@ def draw_map(cells, file: Path) -> None:
         axis.spines[:].set_visible(False)
         axis.tick_params(length=0)
     handles = [plt.Rectangle((0, 0), 1, 1, color=c) for c in COLOURS.values()]
-    handles.append(plt.Line2D([], [], marker="o", ls="", ms=9, mfc="#777", mec="white"))
-    figure.legend(
-        handles, [*COLOURS, "single precision"], ncol=6, loc="lower center", frameon=False,
-        bbox_to_anchor=(0.5, -0.05),
-    )
-    figure.savefig(file, dpi=110, bbox_inches="tight")
+    handles.append(plt.Line2D([], [], marker="o", ls="", ms=9, mfc=COLOURS[PASS], mec="black"))
+    figure.legend(handles, [*COLOURS, "dot: single precision"], ncol=6, loc="upper center", frameon=False)
+    figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 1.0 - LEGEND / height))
+    figure.savefig(file, dpi=110)
     plt.close(figure)
 
 

@@ -24,6 +24,7 @@ from bedload_post.outputs import Run  # noqa: E402
 from bedload_post.paper_statements import BED_SHIELDS, CRITICAL_SHIELDS, exceeds  # noqa: E402
 
 from .kept_numbers import kept_numbers  # noqa: E402
+from .log_ticks import plain_ticks  # noqa: E402
 
 
 @dataclass(frozen=True)
@@ -192,15 +193,14 @@ def draw(found: Experiment, file: Path) -> None:
     fine = np.geomspace(motion.WONG_PARKER_THRESHOLD * 1.01, max(span[1], 0.05), 60)
     formula = motion.wong_parker(fine)
     rate.plot(fine, formula, color="black", lw=1, ls=":")
-    rate.annotate("Wong & Parker\n2006", (fine[5], formula[5]), xytext=(8, -14), textcoords="offset points", fontsize=8)
+    rate.annotate("Wong & Parker\n2006", (fine[0], formula[len(fine) // 4]), xytext=(-5, 0), textcoords="offset points",
+                  fontsize=8, ha="right", va="center")  # fmt: skip
     share.set(xlabel="Shields number θ", ylabel="share of grains faster than 0.01 $u_b$", xscale="log", ylim=(0, 1.02))
     lowest = [p.transport.mean for p in found.points if p.transport.mean > 0]
     rate.set(xlabel="Shields number θ", ylabel="transport rate q*", xscale="log", yscale="log",
              ylim=(0.3 * min(lowest, default=1e-4), None))  # fmt: skip
-    shown = sorted({p.shields for p in found.points})
     for axis in (share, rate):
-        axis.set_xticks(shown, [f"{s:g}" for s in shown], rotation=45)
-        axis.set_xticks([], minor=True)
+        plain_ticks(axis.xaxis)
     name_models(figure, found.models)
     figure.savefig(file, dpi=110)
     plt.close(figure)

@@ -1,6 +1,7 @@
 """Other records beside a report's: the trend with resolution, experiments, and pages made anew from kept numbers."""
 
 import json
+from types import SimpleNamespace
 
 import h5py
 import matplotlib.image
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 from bedload_launcher.errors import UserError
 from bedload_post import bed_friction, model_figures, other_records
+from bedload_post.collision_statistics import CollisionStatistics
 from bedload_post.other_records import Record
 from bedload_post.outputs import Run
 from bedload_studies import models
@@ -205,3 +207,16 @@ def test_runs_stand_in_the_paper_s_order():
     names = ["actm_hw", "mine", "rpm_hw", "actm", "rpm"]
     ordered = sorted(((m, r) for r in (2.25, 1.25) for m in names), key=lambda run: model_figures.in_order(*run))
     assert ordered == [(m, r) for r in (1.25, 2.25) for m in ("rpm", "rpm_hw", "actm", "actm_hw", "mine")]
+
+
+def test_a_handful_of_collisions_is_not_drawn_as_a_distribution(tmp_path):
+    run = SimpleNamespace(value={"reference.sphere_density": 2.0, "fluid.density": 1.0}.__getitem__)
+    case = model_figures.Case("actm", run, 0.0, None)
+
+    def found(number):
+        ranges = ((1, 9), (1, 2), (1e-4, 1e-2))
+        return case, CollisionStatistics(*(np.geomspace(*ends, number) for ends in ranges))
+
+    file = tmp_path / "collisions.png"
+    assert not model_figures.collisions([found(model_figures.FEWEST - 1)], file) and not file.exists()
+    assert model_figures.collisions([found(model_figures.FEWEST)], file) and file.exists()
