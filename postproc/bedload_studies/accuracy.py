@@ -105,8 +105,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--runs", type=Path, default=Path("runs/accuracy"), help="where runs go")
     parser.add_argument("--again", action="store_true", help="repeat what the table has already")
     parser.add_argument("--report", type=Path, help="folder of the report (default: RUNS/report)")
-    parser.add_argument("--rewrite", type=Path, metavar="DIR", help="figures of a kept report of the known cases anew from "
-                        "its numbers; nothing is run")  # fmt: skip
+    parser.add_argument("--rewrite", type=Path, metavar="DIR", help="figures of a kept report of the known cases anew "
+                        "from its numbers; nothing is run")  # fmt: skip
 
 
 def rewrite(folder: Path) -> None:

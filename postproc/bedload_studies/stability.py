@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from bedload_launcher import job
-from bedload_launcher.errors import unknown
+from bedload_launcher.errors import UserError, unknown
 from bedload_launcher.machine import cores
 from bedload_launcher.numbers import positive, whole
 from bedload_launcher.scenes import Scene

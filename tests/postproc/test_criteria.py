@@ -3,12 +3,14 @@ doubled or turned about does not."""
 
 import argparse
 import math
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
 from bedload_launcher.errors import UserError
 from bedload_launcher.words import end_of
-from bedload_studies import criteria, runaway, stability
+from bedload_studies import accuracy, criteria, runaway, stability
 from bedload_studies.criteria import PASS, Check, worst
 from bedload_studies.hard_cases import CASES
 from bedload_studies.sphere_theory import (
@@ -416,3 +418,18 @@ def test_warnings_are_no_ends():
     said = f"{remarks}bedload-fluid: step 3 (t = 1): the CFL"
     assert end_of(said) == "bedload-fluid: step 3 (t = 1): the CFL"
     assert end_of("nothing") == ""
+
+
+def test_maps_of_a_kept_report_are_drawn_anew_from_its_table(tmp_path):
+    kept = Path(__file__).resolve().parents[2] / "postproc" / "reports"
+    figures = {stability: ("stability.csv", "stability.png"), accuracy: ("accuracy.csv", "channel.png")}
+    for study, (table, figure) in figures.items():
+        parser = argparse.ArgumentParser()
+        study.add_options(parser)
+        folder = tmp_path / study.__name__
+        folder.mkdir()
+        with pytest.raises(UserError, match=f"has no {table}"):
+            study.run(parser.parse_args(["--rewrite", str(folder)]))
+        shutil.copy(kept / table.removesuffix(".csv") / table, folder)
+        assert study.run(parser.parse_args(["--rewrite", str(folder)])) == 0
+        assert (folder / figure).stat().st_size > 20000
