@@ -1,11 +1,13 @@
 """Sentences of the report of a model comparison, each made from the numbers of its runs."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from .batches import HIGHEST_MEMORY
 from .model_figures import MODELS
 from .paper_statements import told_apart
+from .states import RESTING_SPEED
 
+AT_REST = 0.0005  # u_b
 PAPER_RECORD, PAPER_GRAINS = 30 * 52, 500  # D/u_b at least, and grains, of Setup II
 
 
@@ -16,6 +18,38 @@ def names_of(values: Sequence[dict]) -> list[str]:
         MODELS.get(v["model"], (v["model"],))[0] + (f", ρp/ρf {v['density_ratio']:g}" if several else "")
         for v in values
     ]
+
+
+def rests(v: dict) -> bool:
+    """Whether the grains of a run hardly move: below that, numbers are their trembling in the pockets."""
+    return abs(v["mean_velocity"]) < AT_REST
+
+
+def answer(values: Sequence[dict], with_paper: bool) -> str:
+    """Mean velocity and share in motion of each run, and how its model is asked for: what a reader comes for."""
+    def velocity(v: dict) -> str:
+        paper = f" (the paper {MODELS[v['model']][2]:g})" if with_paper and v["model"] in MODELS else ""
+        return f"{v['mean_velocity']:.3f} ± {v['mean_velocity_interval']:.3f}{paper}"
+
+    def moving(v: dict) -> str:
+        return f"{100 * v['share_moving']:.0f} ± {100 * v['share_moving_interval']:.0f} %"
+
+    text = f"**Mean velocity of the grains over u_b: {_by_ratio(values, velocity)}.**"
+    if all(v.get("share_moving") is not None for v in values):
+        text += f" Of the grains move (faster than {RESTING_SPEED:g} u_b): {_by_ratio(values, moving)}."
+    rough = sorted({v["model"] for v in values if v["model"].endswith("_hw")}, reverse=True)
+    if rough:
+        text += f" HW is the friction of Haff and Werner: `--model {'`, `'.join(rough)}`."
+    return text
+
+
+def _by_ratio(values: Sequence[dict], told: Callable[[dict], str]) -> str:
+    """What is told of each run, those of one density ratio together."""
+    ratios = sorted({v["density_ratio"] for v in values})
+    groups = [", ".join(f"{names_of([v])[0]} {told(v)}" for v in values if v["density_ratio"] == r) for r in ratios]
+    if len(ratios) == 1:
+        return groups[0]
+    return "; ".join(f"at ρp/ρf {r:g} {group}" for r, group in zip(ratios, groups, strict=True))
 
 
 def order_sentences(values: Sequence[dict], with_paper: bool) -> str:
@@ -35,10 +69,15 @@ def order_sentences(values: Sequence[dict], with_paper: bool) -> str:
 
 def order_sentence(known: Sequence[dict], with_paper: bool) -> str:
     """The models' order, whether it is the paper's, and which neighbours the intervals do not part."""
-    order = sorted(known, key=lambda v: -v["mean_velocity"])
+    order = sorted((v for v in known if not rests(v)), key=lambda v: -v["mean_velocity"])
     names = [MODELS[v["model"]][0] for v in order]
     expected = [MODELS[m][0] for m in MODELS if m in {v["model"] for v in known}]
-    text = "Mean velocity falls in the order " + " > ".join(names)
+    text = f"Mean velocity falls in the order {' > '.join(names)}" if len(names) > 1 else (
+        f"Only {names[0]} moves grains" if names else "No model moves grains"
+    )  # fmt: skip
+    resting = [MODELS[v["model"]][0] for v in known if rests(v)]
+    if resting and names:
+        text += f"; with {', '.join(resting)} they hardly move (below {AT_REST:g} u_b)"
     if not with_paper:
         text += "."
     else:

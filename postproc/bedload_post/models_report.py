@@ -162,6 +162,7 @@ def markdown_table(rows: Sequence[Sequence[str]]) -> str:
 class Sections:
     """What both forms of the report are made of."""
 
+    answer: str  # how fast the grains go, and how many
     opening: str  # what contradicts the paper and what agrees
     sentences: list[str]
     details: list[str]  # on single runs
@@ -190,6 +191,7 @@ def sections(
         sentences.drift_sentence(names, values),
     ]  # fmt: skip
     return Sections(
+        sentences.answer(values, comparison.with_paper),
         paper.opening(found) + (sentences.caution(values) if found else ""),
         [text for text in told if text],
         [*sentences.collision_lines(names, values), *sentences.neighbour_lines(names, values)],
@@ -208,14 +210,16 @@ OF_PAPER = f"The paper: {PAPER}."
 TREND_HEAD, BESIDE_HEAD = "Trend with resolution", "Other records beside these"
 TREND_NOTE = (
     "Each value is compared with that of the longest record of the next coarser resolution. Records of one resolution "
-    "are listed, not pooled: each has its own start and interval."
+    "are listed, not pooled: each has its own start and interval. Records of other commits differ by what changed "
+    "between them, too."
 )
 
 
 def html_page(title: str, parts: Sections, folder: Path, remarks: str) -> str:
     """The report as one file with its figures in it."""
     body = [f"<h1>{html.escape(title)}</h1>"]
-    body += [f"<p>{html.escape(text)}</p>" for text in (parts.opening, OF_PAPER, *parts.sentences) if text]
+    plain = parts.answer.replace("**", "").replace("`", "")
+    body += [f"<p>{html.escape(text)}</p>" for text in (plain, parts.opening, OF_PAPER, *parts.sentences) if text]
     if parts.statements:
         body += ["<h2>The paper's statements</h2>", table(parts.statements, [""] * 4, STATEMENT_HEAD)]
     body += ["<h2>Numbers</h2>", table(parts.numbers, ["", *["number"] * (len(parts.numbers[0]) - 1)]), remarks]
@@ -239,9 +243,10 @@ def html_page(title: str, parts: Sections, folder: Path, remarks: str) -> str:
     return page(title, body)
 
 
-def markdown_page(title: str, parts: Sections, remarks: str) -> str:
+def markdown_page(title: str, parts: Sections, remarks: str, folder: Path) -> str:
     """The report for the folder of kept results, figures beside it."""
-    text = [f"# {title}", *(t for t in (parts.opening, OF_PAPER) if t), *parts.sentences]
+    opening = (parts.answer, parts.opening, links(folder), OF_PAPER)
+    text = [f"# {title}", *(t for t in opening if t), *parts.sentences]
     if parts.statements:
         text += ["## The paper's statements", markdown_table([STATEMENT_HEAD, *parts.statements])]
     text += ["## Numbers", markdown_table(parts.numbers)]
@@ -260,6 +265,14 @@ def markdown_page(title: str, parts: Sections, remarks: str) -> str:
     text += [f"![{caption}]({file})" for file, caption in parts.drawn if not file.startswith("path-")]
     text += ["## Circumstances", "\n".join(f"- {name}: {value}" for name, value in parts.facts)]
     return "\n\n".join(text) + "\n"
+
+
+def links(folder: Path) -> str:
+    """Where a reader of a kept report goes on: none outside the folder of kept results."""
+    found = {"../README.md": "All kept records, and which are older than what",
+             "../../../inputs/models/README.md": "which model to take"}  # fmt: skip
+    there = {file: text for file, text in found.items() if (folder.resolve() / file).resolve().is_file()}
+    return "; ".join(f"[{text}]({file})" for file, text in there.items()) + "." if len(there) == len(found) else ""
 
 
 def write(comparison: Comparison, folder: Path, remarks: str = "") -> list[dict]:
@@ -293,7 +306,7 @@ def keep(
     }  # fmt: skip
     text = json.dumps(kept, indent=1, ensure_ascii=False, default=float)
     (folder / "numbers.json").write_text(text + "\n", encoding="utf-8")
-    text = markdown_page(comparison.title, sections(comparison, values, drawn), remarks)
+    text = markdown_page(comparison.title, sections(comparison, values, drawn), remarks, folder)
     (folder / "README.md").write_text(text, encoding="utf-8")
 
 

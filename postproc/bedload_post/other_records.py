@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from . import least_intervals
 from .model_figures import MODELS, PAPER_CELLS, resolutions
-from .model_sentences import names_of
+from .model_sentences import AT_REST, names_of, rests
 from .paper_statements import TABLE_2, told_apart
 
 
@@ -21,11 +21,17 @@ class Record:
     name: str
     runs: Sequence[dict]
     same_settings: bool = False  # but for resolution and length
+    commit: str = ""  # by which it was made, where that is known
 
     def kept(self) -> dict:
         """What numbers.json holds of it: what stands beside the runs of the report."""
         runs = [{name: v[name] for name in NEEDED if name in v} for v in self.runs]
-        return {"name": self.name, "same_settings": self.same_settings, "runs": runs}
+        made = {"commit": self.commit} if self.commit else {}
+        return {"name": self.name, "same_settings": self.same_settings, **made, "runs": runs}
+
+    @property
+    def label(self) -> str:
+        return self.name + (f", commit {self.commit[:7]}" if self.commit else "")
 
 
 THESE = "these"
@@ -34,6 +40,8 @@ NEEDED = ("mean_velocity", *least_intervals.NEEDED)
 
 def change(other: dict, own: dict) -> str:
     """Of the mean velocity: in per cent of its own, or in u_b where that is not told apart from zero."""
+    if rests(other) and rests(own):
+        return f"both below {AT_REST:g} u_b"
     difference = other["mean_velocity"] - own["mean_velocity"]
     if abs(own["mean_velocity"]) > max(own["mean_velocity_interval"], 0.001):
         text = f"{100.0 * difference / own['mean_velocity']:+.0f} %"
@@ -67,7 +75,7 @@ def experiment_rows(values: Sequence[dict], records: Sequence[Record]) -> list[l
         found = [(by_column.get(_column(own)), own) for own in values]
         changes = [change(v, own) for v, own in found if v is not None and v is not own]
         texts = ["–" if v is None else _value(v) for v, _ in found]
-        rows.append([record.name, _cells(record.runs), *texts, "; ".join(changes)])
+        rows.append([record.label, _cells(record.runs), *texts, "; ".join(changes)])
     return rows
 
 
@@ -107,7 +115,7 @@ def trend_rows(values: Sequence[dict], records: Sequence[Record], with_paper: bo
         by_column = {_column(v): v for v in record.runs}
         texts = [_trend_text(by_column.get(column), by_cells[column]) for column in map(_column, values)]
         longest = max(v["flow_throughs"] for v in record.runs)
-        rows.append([record.name, _cells(record.runs), f"{longest:.3g}", *texts])
+        rows.append([record.label, _cells(record.runs), f"{longest:.3g}", *texts])
     if with_paper:
         known = ["–" if v["model"] not in TABLE_2 else f"{TABLE_2[v['model']]:.3f}" for v in values]
         rows.append(["the paper", f"{PAPER_CELLS}", "more than 30", *known])
@@ -126,6 +134,8 @@ def _trend_text(v: dict | None, by_cells: dict[float, dict]) -> str:
     coarser = [cells for cells in by_cells if cells < v["cells_per_diameter"] - 0.01]
     if not coarser:
         return _value(v)
+    if rests(v) and rests(by_cells[max(coarser)]):
+        return f"{_value(v)}, both below {AT_REST:g} u_b"
     return f"{_value(v)}, {'' if told_apart(v, by_cells[max(coarser)]) else 'not '}told apart"
 
 

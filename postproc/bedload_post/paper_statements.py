@@ -502,14 +502,18 @@ def opening(found: Sequence[Verdict]) -> str:
         return ""
     wrong, right, unknown = ([v for v in found if v.holds is answer] for answer in (False, True, None))
     count = f"{len(found)} statement{'s' if len(found) > 1 else ''} of the paper"
-    text = f"Contradicts {len(wrong)} of {count}: {'; '.join(_topics(wrong))}." if wrong else (
-        f"Contradicts none of {count}."
+    text = f"Of {count} {len(wrong)} {_are(wrong)} wrong here: {'; '.join(_topics(wrong))}." if wrong else (
+        f"Of {count} none is wrong here."
     )  # fmt: skip
     if right:
-        text += f" Agrees with {len(right)}: {'; '.join(_topics(right))}."
+        text += f" {len(right)} {_are(right)} right: {'; '.join(_topics(right))}."
     if unknown:
-        text += f" {len(unknown)} {'are' if len(unknown) > 1 else 'is'} open."
+        text += f" {len(unknown)} {_are(unknown)} open."
     return text
+
+
+def _are(found: Sequence[Verdict]) -> str:
+    return "are" if len(found) > 1 else "is"
 
 
 def _topics(found: Iterable[Verdict]) -> list[str]:

@@ -439,7 +439,8 @@ def record_of(folder: Path, own_command: str) -> Record:
     """The runs of another report beside one that was made by `own_command`."""
     kept = kept_numbers(folder, NEEDED)
     other = settings_said(kept["circumstances"].get("command", ""))
-    return Record(folder.name, kept["runs"], other is not None and other == settings_said(own_command))
+    same = other is not None and other == settings_said(own_command)
+    return Record(folder.name, kept["runs"], same, kept["circumstances"].get("commit", ""))
 
 
 NEEDED = ("runs", "circumstances")  # of numbers.json

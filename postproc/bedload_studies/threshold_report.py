@@ -19,7 +19,7 @@ from bedload_post import bed_motion  # noqa: E402
 from bedload_post import incipient_motion as motion  # noqa: E402
 from bedload_post.batches import HIGHEST_MEMORY, Estimate  # noqa: E402
 from bedload_post.incipient_motion import Point, Threshold  # noqa: E402
-from bedload_post.model_figures import model_label, model_line, name_models  # noqa: E402
+from bedload_post.model_figures import in_order, model_label, model_line, name_models  # noqa: E402
 from bedload_post.outputs import Run  # noqa: E402
 from bedload_post.paper_statements import BED_SHIELDS, CRITICAL_SHIELDS, exceeds  # noqa: E402
 
@@ -70,7 +70,7 @@ def verdict(found: Threshold, points: Sequence[Point], expected: float) -> str:
             beside = f": begins to move earlier than Shields' curve, {expected:.4f}"
             return (
                 f"its threshold lies below the lowest Shields number computed, {first.shields:g}, where "
-                f"{first.moving.mean:.0%} move" + (beside if first.shields <= expected else "")
+                f"{100 * first.moving.mean:.0f} % move" + (beside if first.shields <= expected else "")
             )
         if last.moving.mean + last.moving.half_width < motion.IN_MOTION:
             return f"its threshold lies above the highest Shields number computed, {last.shields:g}"
@@ -109,20 +109,12 @@ def beside_exposed(found: Threshold) -> str:
 def opening(found: Experiment) -> str:
     """What a reader has to know first: who begins to move where, beside Shields' curve, and what moves at the Shields
     number of the paper's Setup II."""
-    expected = found.shields_threshold
-    groups: dict[str, list[str]] = {}
-    for model in found.models:
-        points = found.of(model)
-        threshold = motion.threshold_of_share(points)
-        groups.setdefault(side(threshold, points, expected), []).append(
-            f"{model_label(model)} {where(threshold, points)}"
-        )
-    sides = {
-        "earlier": "begin to move earlier", "later": "begin to move later", "agrees": "agree",
-        "unknown": "cannot be told",
-    }  # fmt: skip
-    told = "; ".join(f"{text}: {', '.join(groups[key])}" for key, text in sides.items() if key in groups)
-    text = f"Beside Shields' curve, {expected:.4f} (10 % of the grains in motion), {told}."
+    expected, exposed = found.shields_threshold, motion.EXPOSED_THRESHOLD
+    text = (
+        f"Beside Shields' curve, {expected:.4f} (10 % of the grains in motion), {sides(found, expected, True)}. Beside "
+        f"grains that lie exposed in the pockets of a fixed layer, {exposed:g} (Fenton & Abbott 1977), "
+        f"{sides(found, exposed, False)}."
+    )
     theta = found.setup_2
     # Below the critical number hardly any transport should occur, says the paper.
     if theta < CRITICAL_SHIELDS:
@@ -139,6 +131,23 @@ def opening(found: Experiment) -> str:
             f"{CRITICAL_SHIELDS}, less than 10 % should move; here {shares}: {verdict}."
         )
     return text
+
+
+SIDES = {
+    "earlier": "begin to move earlier", "later": "begin to move later", "agrees": "agree", "unknown": "cannot be told",
+}  # fmt: skip
+
+
+def sides(found: Experiment, expected: float, with_numbers: bool) -> str:
+    """The models on each side of a Shields number, with their thresholds where asked for."""
+    groups: dict[str, list[str]] = {}
+    for model in found.models:
+        points = found.of(model)
+        threshold = motion.threshold_of_share(points)
+        groups.setdefault(side(threshold, points, expected), []).append(
+            model_label(model) + (f" {where(threshold, points)}" if with_numbers else "")
+        )
+    return "; ".join(f"{text}: {', '.join(groups[key])}" for key, text in SIDES.items() if key in groups)
 
 
 def side(found: Threshold, points: Sequence[Point], expected: float) -> str:
@@ -183,8 +192,8 @@ def draw(found: Experiment, file: Path) -> None:
         )
     span = np.array([min(p.shields for p in found.points), max(p.shields for p in found.points)])
     share.axhline(motion.IN_MOTION, color="#999999", lw=0.8, ls="--")
-    share.annotate(f"{motion.IN_MOTION:.0%}", (1.01, motion.IN_MOTION), xycoords=("axes fraction", "data"), va="center",
-                   fontsize=8, color="#666666")  # fmt: skip
+    share.annotate(f"{100 * motion.IN_MOTION:g} %", (1.01, motion.IN_MOTION), xycoords=("axes fraction", "data"),
+                   va="center", fontsize=8, color="#666666")  # fmt: skip
     for at, what in ((found.shields_threshold, "Shields' curve"),
                      (motion.EXPOSED_THRESHOLD, "exposed grains")):  # fmt: skip
         share.axvline(at, color="#999999", lw=0.8, ls=":")
@@ -223,7 +232,7 @@ def narrow_sentence(found: Experiment) -> str:
     narrow = [p for p in known if p.moving.too_narrow(throughs)]
     if not narrow:
         return "" if known else " This record has not kept its batches: whether it promises too much cannot be told."
-    each = "; ".join(f"{p.model} at {p.shields:g}" for p in narrow)
+    each = "; ".join(f"{model_label(p.model)} at {p.shields:g}" for p in narrow)
     return (f" It promises too much for the share in motion of {len(narrow)} of {len(known)} runs, whose batches are "
             f"shorter than a flow-through or correlated by more than {HIGHEST_MEMORY:g}: {each}.")  # fmt: skip
 
@@ -233,8 +242,8 @@ def _head(found: Experiment) -> list[str]:
     reynolds = found.friction_velocity * found.diameter / found.viscosity
     part = found.friction_half_width / found.friction_velocity
     together = "" if math.isnan(part) else (
-        f" That of the friction velocity, {part:.0%}, is in none of them: it moves all Shields numbers together, by "
-        "twice as much."
+        f" That of the friction velocity, {100 * part:.0f} %, is in none of them: it moves all Shields numbers together, "
+        "by twice as much."
     )  # fmt: skip
     return [
         f"# Onset of motion: {found.scene}",
@@ -267,7 +276,7 @@ def _thresholds(found: Experiment) -> list[str]:
     for model in found.models:
         points = found.of(model)
         share, transport = motion.threshold_of_share(points), motion.threshold_of_transport(points)
-        lines.append(f"| {model} | {where(share, points)} | {transport} |")
+        lines.append(f"| {model_label(model)} | {where(share, points)} | {transport} |")
     expected = found.shields_threshold
     lines += [
         "",
@@ -278,7 +287,7 @@ def _thresholds(found: Experiment) -> list[str]:
     for model in found.models:
         points = found.of(model)
         threshold = motion.threshold_of_share(points)
-        lines.append(f"- {model}: {verdict(threshold, points, expected)}{beside_exposed(threshold)}.")
+        lines.append(f"- {model_label(model)}: {verdict(threshold, points, expected)}{beside_exposed(threshold)}.")
     return [
         *lines,
         "",
@@ -301,9 +310,9 @@ def _runs(found: Experiment) -> list[str]:
         "| model | θ | in motion | not resting | u_p/u_b | q* | Wong & Parker |",
         "|---|---|---|---|---|---|---|",
     ]
-    for p in sorted(found.points, key=lambda p: (p.model, p.shields)):
+    for p in sorted(found.points, key=lambda p: in_order(p.model, p.shields)[1:] + (p.shields,)):
         lines.append(
-            f"| {p.model} | {p.shields:g} | {p.moving} | {p.not_resting} | {p.velocity} | "
+            f"| {model_label(p.model)} | {p.shields:g} | {p.moving} | {p.not_resting} | {p.velocity} | "
             f"{p.transport.mean:.2e} ± {p.transport.half_width:.1e} | {motion.wong_parker(p.shields):.2e} |"
         )
     return lines

@@ -159,7 +159,7 @@ def test_the_report_says_what_its_numbers_say(tmp_path):
     never = threshold_report.as_text(experiment((0.0, 0.01, 0.02, 0.05)))
     assert "lies above the highest Shields number computed, 0.1." in never and "| actm | above 0.1 | " in never
     always = threshold_report.as_text(experiment((0.3, 0.4, 0.6, 0.9)))
-    assert "lies below the lowest Shields number computed, 0.01, where 30% move: begins to move earlier" in always
+    assert "lies below the lowest Shields number computed, 0.01, where 30 % move: begins to move earlier" in always
     assert "| actm | below 0.01 | " in always
     unclear = threshold_report.as_text(experiment((0.105, 0.11, 0.12, 0.13)))
     assert "is not found among the Shields numbers computed" in unclear and "| actm | not found | " in unclear
@@ -182,6 +182,17 @@ def test_the_report_says_what_its_numbers_say(tmp_path):
 def test_the_threshold_s_opening(level, side):
     text = threshold_report.as_text(experiment(level)).split("\n\n")[1]
     assert text.startswith(f"Beside Shields' curve, 0.0318 (10 % of the grains in motion), {side}")
+
+
+@pytest.mark.parametrize(
+    "level, side",
+    [((0.05, 0.4, 0.6, 0.9), "agree: actm"), ((0.3, 0.4, 0.6, 0.9), "begin to move earlier: actm"),
+     ((0.0, 0.085, 0.2, 0.9), "begin to move later: actm")],
+)  # fmt: skip
+def test_the_threshold_s_opening_knows_exposed_grains(level, side):
+    """0.01, at which grains in the pockets of a fixed layer are reported to move."""
+    text = threshold_report.opening(experiment(level))
+    assert f"in the pockets of a fixed layer, 0.01 (Fenton & Abbott 1977), {side}." in text
 
 
 @pytest.mark.parametrize(

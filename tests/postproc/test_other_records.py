@@ -8,7 +8,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from bedload_launcher.errors import UserError
-from bedload_post import bed_friction, model_figures, other_records
+from bedload_post import bed_friction, model_figures, model_sentences, other_records
 from bedload_post.collision_statistics import CollisionStatistics
 from bedload_post.other_records import Record
 from bedload_post.outputs import Run
@@ -130,8 +130,8 @@ def test_pages_are_made_anew_from_kept_numbers(tmp_path):
     models.run(options("--rewrite", str(fine), "--beside", str(coarse)))
     text = (fine / "README.md").read_text()
     assert text.split("\n\n")[0] == "# setup2_small: 2 collision models"
-    assert text.split("\n\n")[1].startswith("Contradicts ")
-    assert "Intervals of 1 of 2 runs are too narrow" in text.split("\n\n")[1]
+    assert text.split("\n\n")[2].startswith("Of ")
+    assert "Intervals of 1 of 2 runs are too narrow" in text.split("\n\n")[2]
     assert "|  | rpm | actm |" in text
     assert "| fine | 10 |" not in text
     assert "| these | 10 | 20 | 0.240 ± 0.010, told apart | 0.120 ± 0.010, told apart |" in text
@@ -207,6 +207,26 @@ def test_runs_stand_in_the_paper_s_order():
     names = ["actm_hw", "mine", "rpm_hw", "actm", "rpm"]
     ordered = sorted(((m, r) for r in (2.25, 1.25) for m in names), key=lambda run: model_figures.in_order(*run))
     assert ordered == [(m, r) for r in (1.25, 2.25) for m in ("rpm", "rpm_hw", "actm", "actm_hw", "mine")]
+
+
+def test_grains_that_rest_are_not_ranked_by_their_trembling():
+    trembling = [of_resolution(10.0, v, 1e-6, model=m) for m, v in (("rpm", 2e-5), ("actm", 1e-5))]
+    assert model_sentences.order_sentence(trembling, False) == "No model moves grains."
+    one = [of_resolution(10.0, 0.05, model="rpm_hw"), *trembling]
+    told = model_sentences.order_sentence(one, False)
+    assert told == "Only rpm + HW moves grains; with rpm, actm they hardly move (below 0.0005 u_b)."
+    coarse = Record("coarse", [of_resolution(6.0, 3e-5, 1e-6)], True)
+    assert other_records.trend_rows(trembling[:1], [coarse], False)[-1][-1] == "0.000 ± 0.000, both below 0.0005 u_b"
+
+
+def test_velocities_and_shares_in_motion_stand_first():
+    values = [run_numbers("rpm", mean_velocity=0.2), run_numbers("rpm_hw", mean_velocity=0.15)]
+    text = model_sentences.answer(values, True)
+    assert text.startswith("**Mean velocity of the grains over u_b: rpm 0.200 ± ")
+    assert " (the paper 0.247), rpm + HW 0.150 ± " in text
+    assert text.endswith("HW is the friction of Haff and Werner: `--model rpm_hw`.")
+    several = model_sentences.answer([run_numbers("rpm", 1.25), run_numbers("rpm", 2.25)], False)
+    assert "u_b: at ρp/ρf 1.25 rpm " in several and "; at ρp/ρf 2.25 rpm " in several and "HW" not in several
 
 
 def test_a_handful_of_collisions_is_not_drawn_as_a_distribution(tmp_path):

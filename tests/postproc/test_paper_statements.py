@@ -261,15 +261,15 @@ def test_what_contradicts_stands_first():
     wrong, right, unknown = (sum(v.holds is answer for v in found) for answer in (False, True, None))
     assert (wrong, wrong + right + unknown) == (2, len(found))
     assert paper_statements.opening(found).startswith(
-        f"Contradicts 2 of {len(found)} statements of the paper: with friction creeping grains roll (actm + HW); less "
-        f"than 10 % of the grains move, by Shields' criterion (rpm). Agrees with {right}: mean velocity within 20 % of "
-        "Table 2 (rpm, rpm + HW, actm); "
+        f"Of {len(found)} statements of the paper 2 are wrong here: with friction creeping grains roll (actm + HW); "
+        f"less than 10 % of the grains move, by Shields' criterion (rpm). {right} are right: mean velocity within "
+        "20 % of Table 2 (rpm, rpm + HW, actm); "
     )
     assert paper_statements.opening(found).endswith(f" {unknown} are open.")
     words = [row[2] for row in models_report.statement_rows(found)]
     assert words == ["wrong"] * wrong + ["open"] * unknown + ["right"] * right
     calm = paper_statements.opening(paper_statements.verdicts(2, four()))
-    assert calm.startswith("Contradicts none of 26 statements of the paper. Agrees with 26: ")
+    assert calm.startswith("Of 26 statements of the paper none is wrong here. 26 are right: ")
     assert "open" not in calm
     assert paper_statements.opening([]) == ""
     light = [run_numbers("rpm", 1.25, jumping_spin=0.1), run_numbers("actm", 1.25)]

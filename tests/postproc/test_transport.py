@@ -512,7 +512,7 @@ def test_report_of_two_models(run, tmp_path):
     assert "too narrow for rpm; actm + HW: batches shorter" in page  # one and a quarter flow-throughs
     assert "The intervals do not part rpm and actm + HW." in page  # the same run twice
     # What contradicts the paper stands first.
-    assert (folder / "README.md").read_text().split("\n\n")[1].startswith("Contradicts ")
+    assert (folder / "README.md").read_text().split("\n\n")[2].startswith("Of ")
     # Everything is in the one file; one jump and one creeping phase make no figure.
     assert page.count("data:image/png;base64") == len(list(folder.glob("*.png"))) >= 6
     assert not {"jumping.png", "creeping.png"} & {file.name for file in folder.iterdir()}
