@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from .batches import half_width_of
+from .incipient_motion import EXPOSED_THRESHOLD
 from .model_figures import MODELS, PAPER_CELLS
 
 CRITICAL_SHIELDS = 0.035
@@ -337,7 +338,9 @@ def rolling(runs: Runs) -> list[Verdict]:
 
 
 def motion(runs: Runs) -> list[Verdict]:
-    """Shields' criterion: below the critical number no more than a tenth of the grains moves.
+    """What the paper expects by Shields' criterion, by which it judges the models: below the critical number hardly any
+    transport, here no more than a tenth of the grains. The criterion is for level beds; grains in the pockets of a
+    fixed layer move earlier, which the sentences say.
 
     The Shields number is that of the bed without mobile grains, the paper's where that was not run.
     """
@@ -353,11 +356,11 @@ def motion(runs: Runs) -> list[Verdict]:
             text = "more" if number > CRITICAL_SHIELDS else "less"
             whose = "the bed's Shields number" if measured else "the Shields number of the paper's bed"
             found.append(Verdict(
-                "Shields", _name(model), f"{text} than {100 * IN_MOTION:.0f} % of the grains move, as {whose} "
-                f"{number:.4f} demands (critical {CRITICAL_SHIELDS})",
+                "Shields", _name(model), f"{text} than {100 * IN_MOTION:.0f} % of the grains move, expected at {whose} "
+                f"{number:.4f} (critical {CRITICAL_SHIELDS} for level beds, {EXPOSED_THRESHOLD:g} for exposed grains)",
                 None if strong is None or many is None else many == strong,
                 f"{100 * v['share_moving']:.0f} ± {100 * v['share_moving_interval']:.0f} % move, faster than 0.01 u_b",
-                f"{text} than {100 * IN_MOTION:.0f} % of the grains move, by Shields' criterion",
+                f"{text} than {100 * IN_MOTION:.0f} % of the grains move, as Shields' criterion for level beds has it",
             ))  # fmt: skip
     return found
 

@@ -119,6 +119,7 @@ def run(options: argparse.Namespace) -> int:
         if not (options.rewrite / "accuracy.csv").is_file():
             raise UserError(f"{options.rewrite} has no accuracy.csv.")
         rewrite(options.rewrite)
+        print(f"bedload: figures anew in {options.rewrite}")
         return 0
     refuse_needless(options, OF_A_SCENE, OF_CASES, "the known cases")
     if options.scene is not None:

@@ -161,6 +161,7 @@ def run(options: argparse.Namespace) -> int:
         if not (options.rewrite / "stability.csv").is_file():
             raise UserError(f"{options.rewrite} has no stability.csv.")
         draw_map(read_table(options.rewrite / "stability.csv"), options.rewrite / "stability.png")
+        print(f"bedload: map anew in {options.rewrite}")
         return 0
     refuse_needless(options, OF_A_SCENE, OF_CASES, "the hard cases")
     if options.scene is not None:

@@ -128,7 +128,7 @@ def opening(found: Experiment) -> str:
         )  # fmt: skip
         text += (
             f" At θ = {theta:g} (the paper's Setup II has {BED_SHIELDS}), below the paper's critical "
-            f"{CRITICAL_SHIELDS}, less than 10 % should move; here {shares}: {verdict}."
+            f"{CRITICAL_SHIELDS}, which is for level beds, less than 10 % should move; here {shares}: {verdict}."
         )
     return text
 
@@ -242,8 +242,8 @@ def _head(found: Experiment) -> list[str]:
     reynolds = found.friction_velocity * found.diameter / found.viscosity
     part = found.friction_half_width / found.friction_velocity
     together = "" if math.isnan(part) else (
-        f" That of the friction velocity, {100 * part:.0f} %, is in none of them: it moves all Shields numbers together, "
-        "by twice as much."
+        f" That of the friction velocity, {100 * part:.0f} %, is in none of them: it moves all Shields numbers "
+        "together, by twice as much."
     )  # fmt: skip
     return [
         f"# Onset of motion: {found.scene}",

@@ -66,3 +66,15 @@ def test_velocities_of_the_scene_s_table_are_the_page_s(report):
     assert line.endswith(f"| {row[1]} |")
     first, second, third, last = row[1].split(" | ")
     assert f"{first}, {second}, {third} and {last} u_b" in words("postproc/reports/README.md")
+
+
+def test_statements_counted_in_the_list_of_records_are_the_pages_own():
+    told = 0
+    for line in (REPORTS / "README.md").read_text(encoding="utf-8").splitlines():
+        counts = re.search(r"(\d+) statements of the paper wrong, (\d+) right, (\d+) open", line)
+        if counts is not None:
+            page = (REPORTS / line.split("`")[1] / "README.md").read_text(encoding="utf-8")
+            found = re.search(r"of the paper (\d+) are wrong.*? (\d+) are right.*? (\d+) are open", page)
+            assert found is not None and found.groups() == counts.groups(), line.split("`")[1]
+            told += 1
+    assert told >= 8

@@ -262,8 +262,8 @@ def test_what_contradicts_stands_first():
     assert (wrong, wrong + right + unknown) == (2, len(found))
     assert paper_statements.opening(found).startswith(
         f"Of {len(found)} statements of the paper 2 are wrong here: with friction creeping grains roll (actm + HW); "
-        f"less than 10 % of the grains move, by Shields' criterion (rpm). {right} are right: mean velocity within "
-        "20 % of Table 2 (rpm, rpm + HW, actm); "
+        "less than 10 % of the grains move, as Shields' criterion for level beds has it (rpm). "
+        f"{right} are right: mean velocity within 20 % of Table 2 (rpm, rpm + HW, actm); "
     )
     assert paper_statements.opening(found).endswith(f" {unknown} are open.")
     words = [row[2] for row in models_report.statement_rows(found)]
