@@ -474,6 +474,7 @@ def collisions(measured: Sequence[tuple[Case, CollisionStatistics]], file: Path)
                     axis.stairs(counts, edges, **case.line)
             axis.set(xscale="log", xlabel=label, ylabel="share of the collisions in a bin")
             if not axis.patches:
+                axis.set(xlim=(edges[0], edges[-1]), yticks=[])
                 axis.annotate(f"fewer than {FEWEST} collisions with a value", (0.5, 0.5), xycoords="axes fraction",
                               ha="center", fontsize=9, color="#777777")  # fmt: skip
             for limit in {"stokes": STOKES_LIMITS, "duration": (1.0,)}.get(name, ()):
