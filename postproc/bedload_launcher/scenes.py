@@ -45,7 +45,7 @@ class Scene:
         """fluid.toml as it stands; raises UserError with the line where it is not UTF-8."""
         file = self.folder / "fluid.toml"
         try:
-            return file.read_text(encoding="utf-8")
+            return file.read_text(encoding="utf-8-sig")  # editors may put a mark in front, which TOML does not know
         except UnicodeDecodeError as error:
             line = error.object.count(b"\n", 0, error.start) + 1
             raise UserError(
@@ -68,15 +68,9 @@ class Scene:
         return next((found[table][key] for found in tables if key in within(found, table)), None)
 
     def default_model(self) -> str | None:
-        """The model that the script itself sets (`variable model index NAME`), if any."""
-        if not self.moves_grains:
-            return None
-        found = re.search(
-            r"^\s*variable\s+model\s+(?:index|string)\s+(\w+)",
-            self.script.read_text(encoding="utf-8", errors="replace"),
-            re.MULTILINE,
-        )
-        return found[1] if found else None
+        """The model that the script, or a part that it includes, sets (`variable model index NAME`), if any."""
+        settings = filter(None, (line.index_variable for line in self._lines(None)))
+        return next((names.split()[0] for name, names in settings if name == "model" and names), None)
 
     def cells(self, overrides: Sequence[str] = ()) -> tuple[int, int, int]:
         """Cells along x, y and z, the last of `overrides` that says otherwise included."""

@@ -140,6 +140,29 @@ def test_a_model_is_looked_up_among_the_files(tmp_path, monkeypatch):
         scenes.choose_model(fixed, "rpm")
 
 
+@pytest.mark.parametrize(
+    ("script", "model"),
+    [
+        ("variable model index actm-soft\n", "actm-soft"),  # not actm, which is another one
+        ("variable model index rpm actm\n", "rpm"),  # LIGGGHTS begins with the first
+        ("include part\nvariable model index rpm\n", "actm_hw"),
+        ("variable model string rpm\n", None),  # which no -var of the command line may precede
+        ("variable model index\n", None),
+    ],
+)
+def test_the_model_of_a_script_is_what_liggghts_reads(tmp_path, script, model):
+    scene = scene_in(tmp_path / "s", script)
+    (scene.folder / "part").write_text("variable model index actm_hw\n")
+    assert scene.default_model() == scenes.choose_model(scene, None) == model
+
+
+def test_settings_with_a_mark_in_front(tmp_path):
+    """Some editors write one, bedload-fluid reads it, and so do estimates and studies."""
+    scene = scene_in(tmp_path / "s")
+    (scene.folder / "fluid.toml").write_text("[grid]\ncells = [8, 9, 10]\n", encoding="utf-8-sig")
+    assert scene.cells() == (8, 9, 10)
+
+
 def test_every_shipped_scene_has_its_files():
     for scene in scenes.all_scenes().values():
         assert scene.summary().endswith("."), f"{scene.folder}/README.md has no first sentence"
