@@ -71,7 +71,15 @@ REFUSED = {
 
 # Commands that initialise LIGGGHTS and make no step.
 NO_STEP = "write_restart ${out}/grains\nwrite_data ${out}/grains.txt\ndelete_atoms overlap 0.1 grains bed compress no"
+ANOTHER_MODEL = """unfix floor
+unfix lubrication
+{}
+include ${{inputs}}/models/{}.liggghts
+fix floor all wall/gran ${{contact}} primitive type 1 yplane 0.0 ${{contact_settings}}"""  # inputs/models/README.md
 TAKEN = {
+    "another model by its file": before(
+        ANOTHER_MODEL.format("", "actm_hw") + "\ncoupled_run steps 1\n"
+        + ANOTHER_MODEL.format("variable contact_settings delete", "rpm")),
     "commands without a step": ("\ncoupled_run", f"\ncoupled_run steps 1\n{NO_STEP}\ncoupled_run\n{NO_STEP}"),
     "gravity that a variable states": before(
         "unfix weight\nvariable g equal 0.25*2\nfix weight all gravity v_g vector 0 -1 0"),
