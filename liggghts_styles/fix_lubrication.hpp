@@ -108,6 +108,9 @@ class FixLubrication : public LAMMPS_NS::Fix {
     return tangential_setting_.empty() ? law_ != "published" : tangential_setting_ == "on";
   }
 
+  /// Ends the run where another fix holds spheres of this one to a plane or a speed. Collective.
+  void refuse_projected_spheres() const;
+
   /// Whether surfaces whose distance squared is `rsq` are in range; `touch` is the distance at
   /// which they would touch.
   bool reaches(double rsq, double touch) const {
@@ -151,7 +154,6 @@ class FixLubrication : public LAMMPS_NS::Fix {
   double coefficient(const Surfaces& s, double opening) const;
   double damping_in_collision(const Surfaces& s) const;
   double share_of_load(const Surfaces& s) const;
-  void refuse_projected_spheres() const;
   void solve_alone();
   void solve_together();
   double relative(const Film& film) const;

@@ -85,7 +85,7 @@ void check_choices(LAMMPS_NS::LAMMPS* lmp, std::string_view style,
 std::string unknown_keyword(std::string_view found, std::span<const std::string> known);
 
 /// The pairs "keyword value" of a line, in any order, as a style declares them. Ends the run with
-/// one sentence where a keyword is unknown, has no value, or one that is not allowed.
+/// one sentence where a keyword is unknown, comes twice, has no value, or one that is not allowed.
 class Arguments {
  public:
   Arguments(LAMMPS_NS::LAMMPS* lmp, const StyleHelp& style, std::span<char*> line);

@@ -2,6 +2,8 @@
 
 #include <mpi.h>
 
+#include <functional>
+
 #include "liggghts_styles/vtk_communicator.hpp"
 
 namespace bedload {
@@ -21,10 +23,15 @@ class LiggghtsProgram {
   /// The run ended as it should: MPI_Finalize may come.
   void finish();
 
+  /// Where LIGGGHTS ends the process on its own (`quit`): `take_leave` says whether the run was
+  /// over, and has told the partners then; the process ends with status 0.
+  void ends_well_if(std::function<bool()> take_leave);
+
   /// What the end of MPI has to know.
   struct Ending {
     bool clean = false;
     int rank = 0;  ///< among LIGGGHTS' ranks
+    std::function<bool()> take_leave = [] { return false; };
   };
 
  private:

@@ -48,9 +48,11 @@ class Mobility {
   int held_ = 0;        // group bits that move as prescribed or not at all
 };
 
-/// Whether fixes of this style take components out of the forces that stand when they act.
+/// Whether fixes of this style take components out of the forces that stand when they act, or
+/// spread them evenly.
 inline bool projects_forces(std::string_view style) {
-  return style == "setforce" || style == "lineforce" || style == "planeforce";
+  return style == "setforce" || style == "lineforce" || style == "planeforce" ||
+         style == "aveforce";
 }
 
 }  // namespace bedload

@@ -89,6 +89,9 @@ void CoupledRun::run(int narg, char** arg) {
   }
   const std::int64_t behind = side.restart_step() - side.steps_made();
   if (most_steps <= behind) {  // this one was over when the checkpoint was written
+    // As it did; some fixes are made then, in front of those of the lines that follow.
+    fluid->set_time_step(fluid->fluid_time_step());
+    lmp->init();
     side.count_steps(most_steps);
     return;
   }
@@ -98,16 +101,23 @@ void CoupledRun::run(int narg, char** arg) {
     side.count_steps(behind);
   }
 
+  if (!side.introduced())
+    warn_of_counted_times(
+        lmp, side.script(),
+        DemSteps{side.scene_info().dem_steps}.time_step(fluid->fluid_time_step()));
   fluid->set_time_step(fluid->fluid_time_step());
   fluid->allow_run(true);
   refuse_clumps(lmp, "fix couple/fluid");
   refuse_neighbor_multi(lmp, "fix couple/fluid");
   compare_with_fluid(lmp);
-  refuse_triclinic(lmp);
+  refuse_other_boxes(lmp);
+  refuse_other_integrators(lmp);
+  refuse_new_numbers(lmp);
   refuse_newton(lmp, "fix couple/fluid");
   fluid->check_before_run();
   warn_without_walls(lmp, fluid->names_fixed());
   warn_without_spin(lmp);
+  warn_of_second_buoyancy(lmp);
   warn_of_stiff_contacts(lmp, fluid->fluid_time_step());
   warn_of_partly_held(lmp);
   warn_of_contacts_through_both_sides(lmp);
@@ -143,6 +153,7 @@ bool CoupledRun::make_step(FixCoupleFluid& fluid, bool last) {
     left -= substeps;
     fluid.send_motion(left == 0 && last);
   }
+  fluid.check_inserted();
   old_lists_.look(fluid.fluid_time_step());
   if (const auto sentence = unwritten_file()) end_job(Program::dem, comm->me, *sentence + ".");
   return true;

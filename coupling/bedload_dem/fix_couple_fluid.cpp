@@ -31,6 +31,7 @@
 #include "integrate.h"
 #include "lammps.h"
 #include "liggghts_styles/find_fix.hpp"
+#include "liggghts_styles/fix_lubrication.hpp"
 #include "liggghts_styles/fix_marker_film.hpp"
 #include "liggghts_styles/hand_on.hpp"
 #include "liggghts_styles/keywords.hpp"
@@ -211,7 +212,7 @@ void FixCoupleFluid::allow_run(bool allowed) {
   if (!allowed) ended_at_ = update->ntimestep;
 }
 
-void FixCoupleFluid::check_before_run() const {
+void FixCoupleFluid::check_before_run() {
   constexpr double deepest = 1.0;  // in radii; from deepest_in_walls on the fluid refuses it
   if (ended_at_ && *ended_at_ != update->ntimestep)
     stop_run(lmp,
@@ -221,14 +222,28 @@ void FixCoupleFluid::check_before_run() const {
                          update->ntimestep, *ended_at_));
   if (side_->scene_info().end_step < 0) refuse_moves_of_varying_steps();
   checks_.check_finite();
-  checks_.check_scene();
+  check_spheres("since the coupled_run before");
+  checks_.check_motion(dt_fluid_, deepest);  // the script may have moved them
+  checks_.check_tags([this](int i) { return told_tag(i); });
+  checks_.check_fixed();
+}
+
+void FixCoupleFluid::check_spheres(std::string_view since) {
+  checks_.check_scene(since);
   checks_.check_integrated();
   checks_.check_moved_once();
   checks_.warn_of_group();
   checks_.check_order(modify->find_fix(id));
-  checks_.check_motion(dt_fluid_, deepest);  // the script may have moved them
-  checks_.check_tags([this](int i) { return told_tag(i); });
-  checks_.check_fixed();
+  checked_atoms_ = atom->natoms;
+}
+
+// An insertion makes the number of atoms known to all ranks.
+void FixCoupleFluid::check_inserted() {
+  const bool more = atom->natoms > checked_atoms_;
+  checked_atoms_ = atom->natoms;
+  if (!more) return;
+  check_spheres(fmt::format("after an insertion in step {}", side_->steps_made() + 1));
+  if (const FixLubrication* const films = find_lubrication(lmp)) films->refuse_projected_spheres();
 }
 
 // f_i += F_i, torque_i += T_i, and the impulse that this gives to the spheres of this rank:

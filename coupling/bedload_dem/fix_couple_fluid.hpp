@@ -88,7 +88,10 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   const LoadHeader& stage() const { return stage_.header; }
   /// Ends LIGGGHTS or the job with a sentence where lines of the script before a coupled run have
   /// made what the fluid cannot go on with (SceneChecks). Collective.
-  void check_before_run() const;
+  void check_before_run();
+  /// What a fix has inserted during a run meets the rules of what was there at its begin.
+  /// Collective where there is something new.
+  void check_inserted();
   /// The same where fixes have changed the fixed spheres during it. Collective.
   void check_fixed_during_run() const { checks_.check_fixed_during_run(); }
   /// Whether the script names a group of fixed spheres.
@@ -104,6 +107,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
 
  private:
   void refuse_moves_of_varying_steps() const;
+  void check_spheres(std::string_view since);
   void add_loads();
   /// What markers leave, as in the step just made.
   void add_films_again();
@@ -126,6 +130,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   bool run_allowed_ = false;
   std::optional<std::int64_t> ended_at_;  ///< step of LIGGGHTS at the end of a coupled_run
   bool must_send_motion_ = false;         ///< the fluid waits for what the script has changed
+  std::int64_t checked_atoms_ = 0;        ///< how many there were when they were looked at
   LAMMPS_NS::FixPropertyAtom* force_ = nullptr;
   LAMMPS_NS::FixPropertyAtom* torque_ = nullptr;
   LAMMPS_NS::FixPropertyAtom* kept_ =

@@ -6,15 +6,16 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
-#include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <system_error>
+#include <utility>
 #include <vector>
 
 #include "coupling/bedload_dem/attach.hpp"
+#include "coupling/bedload_dem/command_line.hpp"
 #include "coupling/bedload_dem/inputs_folder.hpp"
 #include "coupling/bedload_dem/liggghts_screen.hpp"
 #include "coupling/bedload_dem/register_coupling.hpp"
@@ -59,11 +60,11 @@ void handle_signals_as_liggghts_does() {
 /// Speaks when LIGGGHTS ends the process on its own without having reported an error on a screen of
 /// ours (`quit` in the script, or a screen of the user's choice): it calls MPI_Finalize, which
 /// first asks for the attributes of MPI_COMM_SELF, the latest first; the one of LiggghtsProgram
-/// then ends the job.
+/// then ends the job. Nothing is said of a `quit` behind the fluid's end.
 class LastWord {
  public:
-  LastWord(const LiggghtsScreen& screen, bool own_screen)
-      : screen_(screen), own_screen_(own_screen) {
+  LastWord(const LiggghtsScreen& screen, bool own_screen, std::function<bool()> is_over)
+      : screen_(screen), own_screen_(own_screen), is_over_(std::move(is_over)) {
     MPI_Comm_create_keyval(MPI_COMM_NULL_COPY_FN, speak, &key_, nullptr);
     MPI_Comm_set_attr(MPI_COMM_SELF, key_, this);
   }
@@ -78,7 +79,7 @@ class LastWord {
  private:
   static int speak(MPI_Comm, int, void* self, void*) {
     const auto& word = *static_cast<LastWord*>(self);
-    if (!word.silent_ && !word.screen_.saw_error()) {
+    if (!word.silent_ && !word.screen_.saw_error() && !word.is_over_()) {
       silence_peers();
       std::fprintf(stderr, "\n%s: %s%s\n", program_name(Program::dem),
                    word.own_screen_ ? own_screen_end : early_end,
@@ -89,6 +90,7 @@ class LastWord {
 
   const LiggghtsScreen& screen_;
   bool own_screen_;
+  std::function<bool()> is_over_;
   int key_ = MPI_KEYVAL_INVALID;
   bool silent_ = false;
 };
@@ -141,20 +143,6 @@ void take_variables(const Job& job, DemSide& side, std::vector<std::string>& wor
   side.set_script(std::move(script));
 }
 
-/// Mistakes that LIGGGHTS answers without naming the word.
-void check_words(const std::vector<std::string>& words) {
-  if (words.size() > 1 && !words[1].starts_with("-"))
-    throw UserError(fmt::format("'{0}' is no option; the script is given by -in {0}", words[1]));
-  for (std::size_t n = 1; n < words.size(); ++n) {
-    if (words[n] != "-in" && words[n] != "-i") continue;
-    std::error_code error;
-    if (n + 1 == words.size() || words[n + 1].starts_with("-"))
-      throw UserError("-in says no script: -in in.liggghts");
-    if (!std::filesystem::exists(words[n + 1], error))
-      throw UserError(fmt::format("the script '{}' is not there", words[n + 1]));
-  }
-}
-
 int run_script(Job& job, int argc, char** argv) {
   if (print_help(job, argc, argv)) return 0;
   DemSide side(job);
@@ -172,11 +160,23 @@ int run_script(Job& job, int argc, char** argv) {
     });
     LiggghtsScreen liggghts_screen(job.alone() ? stdout : nullptr);
     std::optional<LastWord> last_word;
-    if (!job.alone() && job.rank() == 0) last_word.emplace(liggghts_screen, own_screen);
+    // Errors are seen on the first rank, on a screen of ours.
+    const auto is_over = [&] {
+      return side.stopped() && (job.rank() != 0 ||
+                                (!own_screen && !liggghts_screen.saw_error() && !unwritten_file()));
+    };
+    if (!job.alone())
+      program.ends_well_if([&] {
+        if (!is_over()) return false;
+        end_in_good_order();
+        job.say_farewell();
+        return true;
+      });
+    if (!job.alone() && job.rank() == 0) last_word.emplace(liggghts_screen, own_screen, is_over);
     std::string inputs = inputs_folder();
     const std::vector<char*> given = with_inputs(argc, argv, inputs);
     std::vector<std::string> texts(given.begin(), given.end() - 1);
-    check_words(texts);
+    check_command_line(texts, !job.alone());
     if (!job.alone()) take_variables(job, side, texts);
     std::vector<char*> words;
     words.reserve(texts.size() + 1);
@@ -184,6 +184,8 @@ int run_script(Job& job, int argc, char** argv) {
     words.push_back(nullptr);
     LAMMPS_NS::LAMMPS lammps(static_cast<int>(texts.size()), words.data(), job.own());
     check_styles(&lammps);
+    // LIGGGHTS writes what it says of a mesh to its screen without asking whether it has one.
+    if (lammps.screen == nullptr && job.rank() == 0) lammps.screen = std::fopen("/dev/null", "w");
     if (!own_screen && lammps.screen != nullptr) {
       liggghts_screen.follow(&lammps);
       lammps.screen = liggghts_screen.stream();

@@ -60,13 +60,17 @@ void SceneChecks::check_finite() const {
                                *tag));
 }
 
-void SceneChecks::check_scene() const {
+void SceneChecks::check_scene(std::string_view since) const {
   if (!side_->introduced()) return;
   if (const auto sentence = disagreement(side_->scene_info(), describe_scene(lmp_, spheres_)))
-    stop_run(lmp_, fmt::format("fix couple/fluid: since the coupled_run before, {}", *sentence));
+    stop_run(lmp_, fmt::format("fix couple/fluid: {}, {}", since, *sentence));
 }
 
-void SceneChecks::check_integrated() const {
+void SceneChecks::warn_once(std::string_view what, std::string_view sentence) {
+  if (warned_.insert(what).second) warn(lmp_, name, sentence);
+}
+
+void SceneChecks::check_integrated() {
   const LAMMPS_NS::Atom& atom = *lmp_->atom;
   const Mobility mobility(lmp_);
   const auto left_alone = [&](int i) {
@@ -82,15 +86,15 @@ void SceneChecks::check_integrated() const {
   const auto driving = lowest_tag(
       *lmp_, [&](int i) { return spheres_.is_fixed(atom.mask[i]) && has_speed(atom, i); });
   if (driving)
-    warn(
-        lmp_, name,
+    warn_once(
+        "fixed with a speed",
         fmt::format("atom {} (and others perhaps) is fixed and has a speed: it stays in its place, "
                     "and its surface goes with that speed and drives the fluid, as a roller does; "
                     "for a sphere at rest set velocity and omega to 0",
                     *driving));
   if (const auto still = lowest_tag(*lmp_, left_alone))
-    warn(
-        lmp_, name,
+    warn_once(
+        "moved by nothing",
         fmt::format("atom {} (and others perhaps) is mobile, but no fix moves it, so that it stays "
                     "where it is; put it in the group of a 'fix nve/sphere'",
                     *still));
@@ -120,23 +124,33 @@ void SceneChecks::check_moved_once() const {
     }
 }
 
-void SceneChecks::warn_of_group() const {
+void SceneChecks::warn_of_group() {
   const LAMMPS_NS::Atom& atom = *lmp_->atom;
   const int frozen = frozen_groups(*lmp_->modify);
   if (const auto outside =
           lowest_tag(*lmp_, [&](int i) { return !spheres_.contains(atom.mask[i]); }))
-    warn(
-        lmp_, name,
+    warn_once(
+        "outside the fluid",
         fmt::format("atom {} (and others perhaps) is not in its group: it meets other spheres, but "
                     "the fluid goes through it and does not move it; write 'fix ID all "
                     "couple/fluid' for all of them",
                     *outside));
-  if (const auto held = lowest_tag(*lmp_, [&](int i) {
-        const int mask = atom.mask[i];
-        return spheres_.is_mobile(mask) && (mask & frozen) != 0 && !has_speed(atom, i);
+  const auto has_freeze = [&](int i) {
+    return spheres_.is_mobile(atom.mask[i]) && (atom.mask[i] & frozen) != 0;
+  };
+  const Mobility mobility(lmp_);
+  if (const auto going = lowest_tag(*lmp_, [&](int i) {
+        return has_freeze(i) && mobility.integrated(atom.mask[i]) && has_speed(atom, i);
       }))
-    warn(
-        lmp_, name,
+    warn_once(
+        "frozen with a speed",
+        fmt::format("atom {} (and others perhaps) has a speed and a fix freeze, which takes forces "
+                    "away and no speed: it goes on at that; set velocity and omega to 0",
+                    *going));
+  if (const auto held =
+          lowest_tag(*lmp_, [&](int i) { return has_freeze(i) && !has_speed(atom, i); }))
+    warn_once(
+        "mobile and frozen",
         fmt::format("atom {} (and others perhaps) is mobile and held by a fix freeze: it counts as "
                     "a grain and costs as one; take it into the group behind 'fixed' where it "
                     "never moves",

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <set>
+#include <string_view>
 
 #include "coupling/bedload_dem/coupled_spheres.hpp"
 #include "liggghts_styles/gravity_fixes.hpp"
@@ -17,7 +19,7 @@ struct Box;
 
 /// What neither the lines of a script nor its fixes may do to the scene that the fluid computes
 /// with. Each check ends LIGGGHTS with a sentence, on all ranks, where it does not say otherwise;
-/// all but check_motion() are collective.
+/// all but check_motion() are collective. What they warn of is said once.
 class SceneChecks {
  public:
   /// @param side LIGGGHTS' end of the exchange; has to outlive this
@@ -27,15 +29,16 @@ class SceneChecks {
   /// A sphere has a position, speed, size or density that is not finite.
   void check_finite() const;
   /// Box, gravity or fluid values are no more those that the fluid was told; nothing before that.
-  void check_scene() const;
+  /// @param since what may have changed them: "since the coupled_run before"
+  void check_scene(std::string_view since) const;
   /// A mobile sphere has a speed but no fix moves it; warns where it has none, and where a fixed
   /// one has.
-  void check_integrated() const;
+  void check_integrated();
   /// Two fixes move the same mobile sphere, twice as far as it should go.
   void check_moved_once() const;
-  /// Warns of spheres that are not in the fluid, and of mobile ones at rest that a fix freeze
-  /// holds.
-  void warn_of_group() const;
+  /// Warns of spheres that are not in the fluid, and of mobile ones that a fix freeze has, which
+  /// holds those at rest alone.
+  void warn_of_group();
   /// A fix that holds mobile spheres, or keeps them in a plane or line, acts before the fluid's
   /// loads come, which would move them all the same.
   /// @param place of fix couple/fluid among the fixes
@@ -65,12 +68,14 @@ class SceneChecks {
  private:
   void check_box_and_step(const Box& box, double fluid_time_step) const;
   void check_prescribed() const;
+  void warn_once(std::string_view what, std::string_view sentence);
 
   LAMMPS_NS::LAMMPS* lmp_;
   CoupledSpheres spheres_;
   DemSide* side_;
-  GravityFixes gravity_;          ///< of the script when the run began
-  std::uint64_t told_fixed_ = 0;  ///< fingerprint of the fixed spheres that the fluid received
+  std::set<std::string_view> warned_;  ///< of what; string literals
+  GravityFixes gravity_;               ///< of the script when the run began
+  std::uint64_t told_fixed_ = 0;       ///< fingerprint of the fixed spheres that the fluid received
 };
 
 }  // namespace bedload

@@ -7,15 +7,18 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "atom.h"
 #include "comm.h"
 #include "coupling/bedload_dem/script_gravity.hpp"
+#include "coupling/job/run_script.hpp"
 #include "domain.h"
 #include "error.h"
 #include "fix.h"
+#include "fix_insert.h"
 #include "fix_move.h"
 #include "fix_property_global.h"
 #include "force.h"
@@ -31,6 +34,14 @@
 
 namespace bedload {
 namespace {
+
+/// Opens what LIGGGHTS protects.
+class Insertion : public LAMMPS_NS::FixInsert {
+ public:
+  static bool compresses(const LAMMPS_NS::FixInsert& fix) {
+    return fix.*(&Insertion::compress_flag);
+  }
+};
 
 auto begins(std::string_view start) {
   return [start](const auto& fix) { return std::string_view(fix.style).starts_with(start); };
@@ -66,11 +77,63 @@ void compare_with_fluid(LAMMPS_NS::LAMMPS* lmp) {
             .c_str());
 }
 
-void refuse_triclinic(LAMMPS_NS::LAMMPS* lmp) {
+void refuse_other_boxes(LAMMPS_NS::LAMMPS* lmp) {
+  if (lmp->domain->dimension != 3)
+    stop_run(
+        lmp,
+        "fix couple/fluid: the fluid's box has three dimensions; leave out 'dimension 2' (a box "
+        "that is one diameter wide along z, where it is periodic, is as flat as spheres are)");
   if (lmp->domain->triclinic != 0)
     stop_run(lmp,
              "fix couple/fluid: the fluid's box has right angles; make that of the script with "
              "'region ID block ...'");
+}
+
+void refuse_other_integrators(LAMMPS_NS::LAMMPS* lmp) {
+  if (lmp->update->integrate_style != nullptr &&
+      std::string_view(lmp->update->integrate_style) != "verlet")
+    stop_run(lmp, fmt::format("fix couple/fluid: loads of the fluid act in the steps of run_style "
+                              "verlet alone, and this script has '{}'",
+                              lmp->update->integrate_style));
+}
+
+void refuse_new_numbers(LAMMPS_NS::LAMMPS* lmp) {
+  const auto* const renumbering = find_fix_if(*lmp->modify, [](const auto& fix) {
+    const auto* const insertion = dynamic_cast<const LAMMPS_NS::FixInsert*>(&fix);
+    return insertion != nullptr && Insertion::compresses(*insertion);
+  });
+  if (renumbering != nullptr)
+    stop_run(lmp,
+             fmt::format("fix couple/fluid: fix {} (id {}) gives all spheres other numbers, and "
+                         "the fluid knows them by their numbers; leave out 'compress_tags yes'",
+                         renumbering->style, renumbering->id));
+}
+
+void warn_of_second_buoyancy(LAMMPS_NS::LAMMPS* lmp) {
+  const auto* const buoyancy = find_fix_if(
+      *lmp->modify, [](const auto& fix) { return std::string_view(fix.style) == "buoyancy"; });
+  if (buoyancy == nullptr || lmp->comm->me != 0) return;
+  lmp->error->warning(FLERR, fmt::format("fix couple/fluid: the fluid's force has the spheres' "
+                                         "buoyancy, and fix buoyancy (id {}) gives it once more; "
+                                         "leave that out",
+                                         buoyancy->id)
+                                 .c_str());
+}
+
+void warn_of_counted_times(LAMMPS_NS::LAMMPS* lmp, const RunScript& script, double dem_time_step) {
+  if (lmp->comm->me != 0 || !lmp->update->timestep_set || inserting_fixes(lmp) == 0 ||
+      same_as_fluid(lmp->update->dt, dem_time_step))
+    return;
+  for (const std::string_view word : {"insert_every_time", "duration_time"})
+    if (std::any_of(script.lines.begin(), script.lines.end(), [word](const std::string& line) {
+          return line.find(word) != std::string::npos;
+        }))
+      lmp->error->warning(
+          FLERR,
+          fmt::format("fix couple/fluid: {} was counted in steps of the script's timestep, {:.6g}, "
+                      "but LIGGGHTS' step is {:.6g} here; set that timestep before the insertion",
+                      word, lmp->update->dt, dem_time_step)
+              .c_str());
 }
 
 void warn_without_walls(LAMMPS_NS::LAMMPS* lmp, bool fixed_spheres) {

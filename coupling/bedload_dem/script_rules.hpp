@@ -6,6 +6,8 @@ class LAMMPS;
 
 namespace bedload {
 
+struct RunScript;
+
 /// How many fixes may insert spheres while a run goes on.
 int inserting_fixes(LAMMPS_NS::LAMMPS* lmp);
 
@@ -13,8 +15,25 @@ int inserting_fixes(LAMMPS_NS::LAMMPS* lmp);
 /// fluidTimeStep is not, which may change from step to step.
 void compare_with_fluid(LAMMPS_NS::LAMMPS* lmp);
 
-/// Ends the job where the box of the script is triclinic, which the fluid's is not.
-void refuse_triclinic(LAMMPS_NS::LAMMPS* lmp);
+/// Ends the job where the box of the script is triclinic or has two dimensions, unlike the fluid's.
+void refuse_other_boxes(LAMMPS_NS::LAMMPS* lmp);
+
+/// Ends the job where the script's run_style is not verlet: others split a step as the coupling
+/// does not know.
+void refuse_other_integrators(LAMMPS_NS::LAMMPS* lmp);
+
+/// Ends the job where a fix insert gives spheres other numbers (compress_tags), by which the fluid
+/// knows them.
+void refuse_new_numbers(LAMMPS_NS::LAMMPS* lmp);
+
+/// Warns of a fix buoyancy: the fluid's pressure gives the spheres theirs.
+void warn_of_second_buoyancy(LAMMPS_NS::LAMMPS* lmp);
+
+/// Warns where a line of the script counts steps of the script's `timestep`, which is not the one
+/// that is made: insert_every_time and duration_time of an insertion.
+/// @param script known to the first rank
+/// @param dem_time_step that will be made [T]
+void warn_of_counted_times(LAMMPS_NS::LAMMPS* lmp, const RunScript& script, double dem_time_step);
 
 /// Warns where gravity points along a direction with ends, but no fix and no fixed sphere keeps
 /// spheres from those: the fluid's walls stop the fluid alone.

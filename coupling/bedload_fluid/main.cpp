@@ -166,15 +166,18 @@ constexpr int ended_early = 3;
 
 /// The spheres near this rank's block of the box, which is divided by `cuts`, or where these are
 /// empty as suits the spheres. Collective.
+/// @param overlaps whether pairs may overlap as they do: those of a run that goes on came to it
 std::vector<SphereState> share_out(FluidSide& partner, const PartnerScene& dem,
-                                   const Settings& settings, const Job& job, Cuts& cuts) {
-  collectively(job.own(), [&] { validate(settings, dem.told); });
+                                   const Settings& settings, const Job& job, Overlaps overlaps,
+                                   Cuts& cuts) {
+  collectively(job.own(), [&] { validate(settings, dem.told, overlaps); });
   const Grid grid = make_grid(settings);
   if (cuts.y.empty())
     cuts =
         choose_cuts_together(job.own(), grid, dem.told, settings.ranks.along_z, settings.spheres);
   std::vector<SphereState> near = partner.share_out(block_map(grid, cuts));
-  collectively(job.own(), [&] { validate(settings, near); });  // pairs that two ranks knew of
+  // Pairs that two ranks knew of.
+  collectively(job.own(), [&] { validate(settings, near, overlaps); });
   return near;
 }
 
@@ -192,7 +195,8 @@ NearSpheres near_spheres(FluidSide* partner, const PartnerScene* dem, const Sett
   NearSpheres near;
   if (from) near.cuts = from->cuts(job.size(), settings);
   if (dem) {
-    near.spheres = share_out(*partner, *dem, settings, job, near.cuts);
+    near.spheres = share_out(*partner, *dem, settings, job,
+                             from ? Overlaps::as_they_are : Overlaps::slight, near.cuts);
     near.numbers = {.fixed = dem->scene_info.fixed, .mobile = dem->scene_info.mobile};
   } else {
     near.spheres = spheres_of(settings);

@@ -111,8 +111,8 @@ class RunOutput {
   std::size_t phase_;
   Rhythm fields_due_, spheres_due_, fixed_due_;
   std::int64_t fields_step_ = -1, history_step_ = -1;  ///< of the last one written
-  std::set<std::string> warned_;                       ///< warnings given already
-  double worst_residual_ = 0.0;                        ///< since the last row of history.csv
+  std::set<std::string> warned_;   ///< warnings given already, without their numbers
+  double worst_residual_ = 0.0;    ///< since the last row of history.csv
   double cfl_made_, cfl_to_come_;  ///< CFL number of the last step and of the next
   std::optional<std::vector<SphereLoad>> fixed_loads_before_;  ///< of the checkpoint's step
   Boundary boundary_;

@@ -157,7 +157,13 @@ template <class Real>
 void Simulation<Real>::move_spheres(double dt) {
   std::erase_if(spheres_, [](const SphereState& s) { return s.mobile; });
   spheres_.insert(spheres_.end(), motion_.mobile.begin(), motion_.mobile.end());
-  validate(channel_.settings(), spheres_, changes_.update(motion_.mobile));
+  const std::vector<std::int64_t> changed = changes_.update(motion_.mobile);
+  try {
+    validate(channel_.settings(), spheres_, changed);
+  } catch (const UserError& error) {
+    throw UserError(fmt::format("step {}: of spheres that came or changed, {}", channel_.step() + 1,
+                                error.what()));
+  }
   place_spheres(dt);
 }
 

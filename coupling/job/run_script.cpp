@@ -84,11 +84,6 @@ bool append_file(const std::string& file, int depth, std::map<std::string, std::
   return true;
 }
 
-bool is_number(const std::string& word) {
-  return word.size() > 1 && word[0] == '-' &&
-         (word[1] == '.' || (word[1] >= '0' && word[1] <= '9'));
-}
-
 const std::vector<std::string>* values_of(const RunScript& script, const std::string& name) {
   for (const auto& [known, values] : script.variables)
     if (known == name) return &values;
@@ -127,6 +122,11 @@ void RunScript::load(const LoadGroup& group) {
   }
 }
 
+bool is_negative_number(const std::string& word) {
+  return word.size() > 1 && word[0] == '-' &&
+         (word[1] == '.' || (word[1] >= '0' && word[1] <= '9'));
+}
+
 RunScript read_run_script(const std::vector<std::string>& words) {
   RunScript script;
   std::string file;
@@ -136,7 +136,7 @@ RunScript read_run_script(const std::vector<std::string>& words) {
     if (n + 1 >= words.size()) break;
     const std::string& name = words[++n];
     std::vector<std::string> values;
-    while (n + 1 < words.size() && (words[n + 1][0] != '-' || is_number(words[n + 1])))
+    while (n + 1 < words.size() && (words[n + 1][0] != '-' || is_negative_number(words[n + 1])))
       values.push_back(words[++n]);
     if (!values_of(script, name)) script.variables.emplace_back(name, values);
   }

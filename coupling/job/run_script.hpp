@@ -25,6 +25,9 @@ struct RunScript {
   void load(const LoadGroup& group);
 };
 
+/// Whether a word of a command line that begins with '-' is a value all the same.
+bool is_negative_number(const std::string& word);
+
 /// The script and variables of LIGGGHTS' command line (-in FILE, -var NAME VALUE...). A file that
 /// cannot be read is left to LIGGGHTS to complain about.
 RunScript read_run_script(const std::vector<std::string>& words);

@@ -21,12 +21,16 @@ inline constexpr double deepest_in_walls = 0.5;
 /// one and make a run that no machine can do, and the limits of the time step. Throws UserError.
 void validate(const Settings& settings);
 
+/// Which overlaps of two spheres pass: slight ones, or those too that a run before has come to.
+enum class Overlaps : bool { slight, as_they_are };
+
 /// The rules for spheres in such a scene, each sphere by itself and mobile ones against walls and
 /// neighbours. To be called at the start and whenever spheres come or change; then `changed` lists
 /// the tags, ascending, of those that are looked at, of course beside all others. `spheres`: all,
 /// or all that may be near the changed ones. Throws UserError with one sentence. What the spheres
 /// of a fixed bed do among themselves and with walls is free: they stay.
-void validate(const Settings& settings, std::span<const SphereState> spheres);
+void validate(const Settings& settings, std::span<const SphereState> spheres,
+              Overlaps overlaps = Overlaps::slight);
 void validate(const Settings& settings, std::span<const SphereState> spheres,
               std::span<const std::int64_t> changed);
 

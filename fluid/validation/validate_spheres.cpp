@@ -79,13 +79,11 @@ void check_pair(const Grid& grid, const SphereState& a, const SphereState& b) {
         a.tag, b.tag, depth, a.radius, b.radius, deepest));
 }
 
-/// The rules for those spheres for which `is_looked_at` holds.
+/// The rules for those spheres for which `is_looked_at` holds, each by itself.
 template <class Condition>
-void check(const Settings& settings, std::span<const SphereState> spheres, Condition is_looked_at) {
-  const Grid grid = make_grid(settings);
-  double widest = 0.0;
+void check_each(const Settings& settings, const Grid& grid, std::span<const SphereState> spheres,
+                Condition is_looked_at) {
   for (const SphereState& sphere : spheres) {
-    widest = std::max(widest, 2.0 * sphere.radius);
     if (!is_looked_at(sphere)) continue;
     if (const auto flaw = flaw_of(grid, sphere))
       throw UserError(fmt::format("{} {}.", name_of(sphere), *flaw));
@@ -93,6 +91,13 @@ void check(const Settings& settings, std::span<const SphereState> spheres, Condi
     check_density(settings, sphere);
     check_walls(grid, sphere);
   }
+}
+
+/// The mobile ones among those, against their neighbours.
+template <class Condition>
+void check_pairs(const Grid& grid, std::span<const SphereState> spheres, Condition is_looked_at) {
+  double widest = 0.0;
+  for (const SphereState& sphere : spheres) widest = std::max(widest, 2.0 * sphere.radius);
   if (widest == 0.0) return;
   SphereBins bins(grid, widest);
   for (std::size_t n = 0; n < spheres.size(); ++n)
@@ -137,16 +142,22 @@ void check_in_cubes(const std::string& file, const Grid& grid,
           fmt::format("{}: sphere {} {}.", file, sphere.tag, above_the_cubes(grid, sphere)));
 }
 
-void validate(const Settings& settings, std::span<const SphereState> spheres) {
-  check(settings, spheres, [](const SphereState&) { return true; });
+void validate(const Settings& settings, std::span<const SphereState> spheres, Overlaps overlaps) {
+  const Grid grid = make_grid(settings);
+  const auto all = [](const SphereState&) { return true; };
+  check_each(settings, grid, spheres, all);
+  if (overlaps == Overlaps::slight) check_pairs(grid, spheres, all);
 }
 
 void validate(const Settings& settings, std::span<const SphereState> spheres,
               std::span<const std::int64_t> changed) {
   if (changed.empty()) return;
-  check(settings, spheres, [changed](const SphereState& sphere) {
+  const Grid grid = make_grid(settings);
+  const auto has_changed = [changed](const SphereState& sphere) {
     return std::binary_search(changed.begin(), changed.end(), sphere.tag);
-  });
+  };
+  check_each(settings, grid, spheres, has_changed);
+  check_pairs(grid, spheres, has_changed);
 }
 
 }  // namespace bedload

@@ -87,6 +87,44 @@ def test_a_script_that_waits_for_what_never_comes_ends(tmp_path):
     assert numbers(tmp_path / "out" / "spheres.h5")["mobile/step"].max() == 5
 
 
+@pytest.mark.parametrize("ranks", [(1, 1), (2, 2)])
+def test_quit_behind_the_last_run_ends_a_complete_one(tmp_path, ranks):
+    result = run_script(tmp_path, ("\ncoupled_run", "\ncoupled_run\nquit"), ranks=ranks)
+    assert result.status == 0 and "before the fluid" not in result.output, result.output
+    assert numbers(tmp_path / "out" / "spheres.h5")["mobile/step"].max() == 5
+
+
+def test_an_error_behind_the_last_run_is_one(tmp_path):
+    result = run_script(tmp_path, ("\ncoupled_run", "\ncoupled_run\nfix more all nonsense"))
+    assert result.status != 0 and "nonsense" in result.output
+
+
+def test_an_average_over_a_group_holds_the_loads(tmp_path):
+    """Two grains of equal mass at equal speed stay at equal speed across."""
+    grains = "velocity        grains set 0.7 -0.6 0.05 units box"
+    films = "fix             lubrication all lubrication\n"
+    result = run_script(tmp_path, (grains, grains.replace("0.7 -0.6", "0.5 0.0")), (films, ""),
+                        ("\ncoupled_run", "\nfix even grains aveforce NULL 0 0\ncoupled_run"))  # fmt: skip
+    assert result.status == 0, result.output
+    found = numbers(tmp_path / "out" / "spheres.h5")
+    last = found["mobile/velocity"][found["mobile/step"] == 5]
+    assert abs(last[0, 1]) > 1e-3  # buoyant weight and drag act
+    np.testing.assert_allclose(last[0, 1:], last[1, 1:], rtol=1e-12)
+
+
+def test_buoyancy_is_not_given_twice(tmp_path):
+    result = run_script(tmp_path, ("\ncoupled_run", "\nfix lift grains buoyancy density 1 level 3 dim y\ncoupled_run"))
+    assert result.status == 0, result.output
+    assert "fix buoyancy (id lift) gives it once more" in result.output
+
+
+def test_a_frozen_sphere_with_a_speed_goes_on_and_is_said(tmp_path):
+    stop = "coupled_run steps 2\nunfix hold\nfix stop all freeze\ncoupled_run"
+    result = run_script(tmp_path, ("\ncoupled_run", "\n" + stop))
+    assert result.status == 0, result.output
+    assert "has a speed and a fix freeze" in result.output
+
+
 def test_prescribed_motion_wants_one_time_step(tmp_path):
     """Refused before the first step, also where the limit is so wide that no step is shortened for long."""
     for limit in ("0.35", "1.6"):

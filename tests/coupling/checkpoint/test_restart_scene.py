@@ -110,6 +110,20 @@ def test_other_spheres_are_refused(begun, tmp_path, name):
     assert "take back what changes them" in result.output
 
 
+def test_it_goes_on_in_an_overlap_that_no_run_may_begin_with(tmp_path):
+    """Atom 10 is driven 0.27 into the bed; at most half of a radius, 0.25, is allowed at the start of a run."""
+    moved = SCRIPT.replace("motion grains nve/sphere", "motion grains move linear 0.0 -2.0 0.0 units box")
+    script = tmp_path / "in.liggghts"
+    script.write_text(moved)
+    result = job(tmp_path / "begun", "--steps", "20", script=script)
+    assert result.status == 0, result.output
+    result, out = going_on(tmp_path / "begun", tmp_path, text=moved, steps=2)
+    assert result.status == 0, result.output
+    found = numbers(out / "spheres.h5")
+    place = found["mobile/position"][(found["mobile/tag"] == 10) & (found["mobile/step"] == 22)][0]
+    assert place[1] == pytest.approx(2.0 - 22 * 0.04)
+
+
 def test_spheres_of_a_dry_run_are_compared_by_what_it_does_not_compute(tmp_path):
     """Another friction gives other places after a dry run; that is no reason to refuse the friction."""
     dry = SCRIPT.replace("map array", "map array sort 0 0").replace(  # to be sorted they need a range

@@ -32,6 +32,11 @@ set group new diameter 0.8 density 2.5
 velocity new set 0.5 -0.4 0 units box
 group grains union grains new
 coupled_run"""
+# Fixes that keep something of each sphere, made behind a coupled_run that is over at the checkpoint.
+NEW_FIXES = """coupled_run steps 12
+fix mark all property/atom mark vector yes no no 1. 2. 3.
+fix ceiling all wall/gran model actm tangential haff_werner primitive type 1 yplane 2.9
+coupled_run"""
 ABOVE_THE_BED = 1.05  # where grains meet the triangles before the first checkpoint
 VARIANTS = {
     "blocks along z": dict(ranks=(2, 1), fluid=["--set", "ranks.along_z=2"]),
@@ -50,6 +55,7 @@ VARIANTS = {
     "changes between two runs": dict(between=BETWEEN),
     "another of the same number": dict(between=REUSED),
     "changes between two runs on two": dict(between=BETWEEN, ranks=(2, 2)),
+    "fixes between two runs": dict(between=NEW_FIXES),
     "statistics on two": dict(ranks=(2, 1), fluid=["--set", "statistics.every=1", "--set",
                                                    "ranks.along_z=2"], files=["statistics.h5"]),
     "mesh wall": dict(triangles=4),

@@ -16,6 +16,9 @@ MISTAKES = {
     "bare script": ([DEM, "in.liggghts"], "'in.liggghts' is no option; the script is given by -in in.liggghts"),
     "no such script": ([DEM, "-in", "in.ligghts"], "the script 'in.ligghts' is not there"),
     "no script": ([DEM, "-in"], "-in says no script"),
+    "a folder": ([DEM, "-in", "."], "-in says '.', which is a folder"),
+    "no value": ([DEM, "-in", SCRIPT, "-var", "model"], "'-var' needs a name and a value"),
+    "unknown": ([DEM, "-in", SCRIPT, "-foo"], "'-foo' is no option; the nearest is '-l"),
 }
 
 
@@ -28,13 +31,28 @@ def test_mistakes(tmp_path, mistake):
     assert len(said) == 1 and sentence in said[0], result.output
 
 
-@pytest.mark.parametrize("mistake", ["bare script", "no such script", "no script"])
+COUPLED = {
+    "nothing": ([DEM], "names no script, and the fluid waits for one"),
+    "several": ([DEM, "-in", SCRIPT, "-partition", "1x2"], "'-partition' divides LIGGGHTS"),
+    **{name: MISTAKES[name] for name in ("bare script", "no such script", "no script", "a folder", "unknown")},
+}
+
+
+@pytest.mark.parametrize("mistake", COUPLED)
 def test_mistakes_in_a_coupled_job(tmp_path, mistake):
     """The whole job ends by the one sentence of the program that knows."""
-    words, sentence = MISTAKES[mistake]
+    words, sentence = COUPLED[mistake]
     result = run(command([FLUID, TOML, "--out", str(tmp_path / "out")], words, (1, 1)), tmp_path)
     assert result.status != 0
     assert [sentence in said for said in spoken(result.output)] == [True], result.output
+
+
+def test_a_byte_order_mark_is_named(tmp_path):
+    script = tmp_path / "in.liggghts"
+    script.write_text((SCENE / "in.liggghts").read_text(encoding="utf-8"), encoding="utf-8-sig")
+    result = job(tmp_path / "out", "--steps", "1", script=script)
+    assert result.status != 0
+    assert ["begins with a byte order mark" in said for said in spoken(result.output)] == [True], result.output
 
 
 @pytest.fixture(scope="module")
