@@ -145,12 +145,12 @@ Arguments::Arguments(LAMMPS_NS::LAMMPS* lmp, const StyleHelp& style, std::span<c
       for (const WordKeyword& k : style.words) known.emplace_back(k.name);
       stop_run(lmp, fmt::format("{}: {}", style.name, unknown_keyword(name, known)));
     }
-    if (given_.contains(name))
-      stop_run(lmp,
-               fmt::format("{}: {} stands there twice; leave out one of them", style.name, name));
     if (word != nullptr && n + 1 == line.size())
       stop_run(lmp, fmt::format("{}: {} needs a word behind it", style.name, name));
     if (number != nullptr) check_numbers(lmp, style.name, {number, 1}, line.subspan(n));
+    if (given_.contains(name))
+      stop_run(lmp,
+               fmt::format("{}: {} stands there twice; leave out one of them", style.name, name));
     given_[name] = line[n + 1];
   }
 }

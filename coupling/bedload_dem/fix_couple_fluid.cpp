@@ -222,14 +222,14 @@ void FixCoupleFluid::check_before_run() {
                          update->ntimestep, *ended_at_));
   if (side_->scene_info().end_step < 0) refuse_moves_of_varying_steps();
   checks_.check_finite();
-  check_spheres("since the coupled_run before");
+  check_spheres("since the coupled_run before", Moment::before_run);
   checks_.check_motion(dt_fluid_, deepest);  // the script may have moved them
   checks_.check_tags([this](int i) { return told_tag(i); });
   checks_.check_fixed();
 }
 
-void FixCoupleFluid::check_spheres(std::string_view since) {
-  checks_.check_scene(since);
+void FixCoupleFluid::check_spheres(std::string_view since, Moment moment) {
+  checks_.check_scene(since, moment);
   checks_.check_integrated();
   checks_.check_moved_once();
   checks_.warn_of_group();
@@ -242,7 +242,8 @@ void FixCoupleFluid::check_inserted() {
   const bool more = atom->natoms > checked_atoms_;
   checked_atoms_ = atom->natoms;
   if (!more) return;
-  check_spheres(fmt::format("after an insertion in step {}", side_->steps_made() + 1));
+  check_spheres(fmt::format("after an insertion in step {}", side_->steps_made() + 1),
+                Moment::during_run);
   if (const FixLubrication* const films = find_lubrication(lmp)) films->refuse_projected_spheres();
 }
 

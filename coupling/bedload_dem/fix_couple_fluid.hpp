@@ -107,7 +107,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
 
  private:
   void refuse_moves_of_varying_steps() const;
-  void check_spheres(std::string_view since);
+  void check_spheres(std::string_view since, Moment moment);
   void add_loads();
   /// What markers leave, as in the step just made.
   void add_films_again();

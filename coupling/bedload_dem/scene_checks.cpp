@@ -60,9 +60,10 @@ void SceneChecks::check_finite() const {
                                *tag));
 }
 
-void SceneChecks::check_scene(std::string_view since) const {
+void SceneChecks::check_scene(std::string_view since, Moment moment) const {
   if (!side_->introduced()) return;
-  if (const auto sentence = disagreement(side_->scene_info(), describe_scene(lmp_, spheres_)))
+  if (const auto sentence =
+          disagreement(side_->scene_info(), describe_scene(lmp_, spheres_, moment)))
     stop_run(lmp_, fmt::format("fix couple/fluid: {}, {}", since, *sentence));
 }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "coupling/bedload_dem/coupled_spheres.hpp"
+#include "coupling/bedload_dem/script_gravity.hpp"
 #include "liggghts_styles/gravity_fixes.hpp"
 
 namespace LAMMPS_NS {
@@ -30,7 +31,7 @@ class SceneChecks {
   void check_finite() const;
   /// Box, gravity or fluid values are no more those that the fluid was told; nothing before that.
   /// @param since what may have changed them: "since the coupled_run before"
-  void check_scene(std::string_view since) const;
+  void check_scene(std::string_view since, Moment moment) const;
   /// A mobile sphere has a speed but no fix moves it; warns where it has none, and where a fixed
   /// one has.
   void check_integrated();

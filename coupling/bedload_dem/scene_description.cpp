@@ -66,12 +66,13 @@ DemSceneInfo describe_box(const Box& box) {
   return scene;
 }
 
-DemSceneInfo describe_scene(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& spheres) {
+DemSceneInfo describe_scene(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& spheres, Moment moment) {
   const LAMMPS_NS::Atom& atom = *lmp->atom;
   DemSceneInfo scene = describe_box(box_of(*lmp->domain));
   const Mobility mobility(lmp);
   const ScriptGravity gravity = script_gravity(
-      lmp, [&](int i) { return spheres.is_mobile(atom.mask[i]) && !mobility.held(atom.mask[i]); });
+      lmp, [&](int i) { return spheres.is_mobile(atom.mask[i]) && !mobility.held(atom.mask[i]); },
+      moment);
   if (gravity.other)
     stop_run(lmp, fmt::format("fix couple/fluid: atom {} has another gravity than other mobile "
                               "spheres; put all of them in the group of 'fix gravity'",

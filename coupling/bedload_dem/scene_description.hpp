@@ -3,6 +3,7 @@
 #include <string>
 
 #include "coupling/bedload_dem/motion_rules.hpp"
+#include "coupling/bedload_dem/script_gravity.hpp"
 #include "coupling/exchange/message.hpp"
 
 namespace LAMMPS_NS {
@@ -21,8 +22,9 @@ Box box_of(const LAMMPS_NS::Domain& domain);
 DemSceneInfo describe_box(const Box& box);
 
 /// The scene as the script has made it so far. Ends LIGGGHTS with a sentence where mobile spheres
-/// differ in their gravity. Before a run only (script_gravity). Collective.
-DemSceneInfo describe_scene(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& spheres);
+/// differ in their gravity. Collective.
+DemSceneInfo describe_scene(LAMMPS_NS::LAMMPS* lmp, const CoupledSpheres& spheres,
+                            Moment moment = Moment::before_run);
 
 /// What acts between spheres by the script, one effect per line: name, state, reason, separated by
 /// tabs.

@@ -25,8 +25,9 @@ void let_gravity_act(LAMMPS_NS::Modify& modify) {
 
 }  // namespace
 
-ScriptGravity script_gravity(LAMMPS_NS::LAMMPS* lmp, const std::function<bool(int i)>& counts) {
-  let_gravity_act(*lmp->modify);
+ScriptGravity script_gravity(LAMMPS_NS::LAMMPS* lmp, const std::function<bool(int i)>& counts,
+                             Moment moment) {
+  if (moment == Moment::before_run) let_gravity_act(*lmp->modify);
   const GravityFixes gravity(lmp);
   const LAMMPS_NS::Atom& atom = *lmp->atom;
   ScriptGravity found{!gravity.none(), gravity.on(everybody), std::nullopt};

@@ -18,9 +18,13 @@ struct ScriptGravity {
   std::optional<int> other;  ///< tag of a sphere that counts and has another gravity than that one
 };
 
-/// Collective; before a run only: it lets the fixes act, whose forces are cleared before the first
-/// step.
+/// When a script is looked at. Before a run fixes are let act to be asked, and their forces are
+/// cleared before the first step; during one they have acted, and must not once more.
+enum class Moment : bool { before_run, during_run };
+
+/// Collective.
 /// @param counts whether the gravity of the rank's own atom i matters
-ScriptGravity script_gravity(LAMMPS_NS::LAMMPS* lmp, const std::function<bool(int i)>& counts);
+ScriptGravity script_gravity(LAMMPS_NS::LAMMPS* lmp, const std::function<bool(int i)>& counts,
+                             Moment moment = Moment::before_run);
 
 }  // namespace bedload

@@ -229,6 +229,7 @@ TEST_F(StyleArguments, Words) {
   expect_refused("plugin load none.so", {"there is no file", "none.so"});
   expect_refused("fix t all collision/table every 10", {"needs the keyword 'file <name>'"});
   expect_refused("fix c all couple/fluid fixed nobody", {"the group 'nobody'"});
+  expect_refused("fix c all couple/fluid fixed all fixed all", {"fixed stands there twice"});
   expect_taken("fix couple/fluid", "fix c all couple/fluid fixed all");
 }
 
