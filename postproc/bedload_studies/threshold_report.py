@@ -237,6 +237,19 @@ def narrow_sentence(found: Experiment) -> str:
             f"shorter than a flow-through or correlated by more than {HIGHEST_MEMORY:g}: {each}.")  # fmt: skip
 
 
+def commands(found: Experiment) -> str:
+    """What makes the record: one command for all models that were computed at the same Shields numbers."""
+    together: dict[tuple[float, ...], list[str]] = {}
+    for model in found.models:
+        together.setdefault(tuple(p.shields for p in found.of(model)), []).append(model)
+    return "; ".join(
+        f"`./bedload study threshold --scene {found.scene} --models {' '.join(models)} --shields "
+        f"{' '.join(f'{s:g}' for s in numbers)} --cells {found.cells_per_diameter} "
+        f"--throughs {found.throughs:g} --discard {found.discard:g}`"
+        for numbers, models in together.items()
+    )
+
+
 def _head(found: Experiment) -> list[str]:
     """What a reader has to know, how it was made and the figure."""
     reynolds = found.friction_velocity * found.diameter / found.viscosity
@@ -250,9 +263,7 @@ def _head(found: Experiment) -> list[str]:
         "",
         opening(found),
         "",
-        f"`./bedload study threshold --scene {found.scene} --models {' '.join(found.models)} --shields "
-        f"{' '.join(f'{s:g}' for s in sorted({p.shields for p in found.points}))} --cells "
-        f"{found.cells_per_diameter} --throughs {found.throughs:g} --discard {found.discard:g}`",
+        commands(found),
         "",
         f"Friction velocity of the bed without mobile grains {found.friction_velocity:.5f} "
         f"({found.friction_source}), D⁺ = {reynolds:.1f}, ρp/ρf = {found.density_ratio:g}; gravity sets the "

@@ -329,3 +329,15 @@ def test_a_verdict_follows_the_interval():
     assert "later" in verdict(incipient_motion.Threshold(0.07, 0.06, 0.08), [], 0.035)
     assert "factor of 1.71 to 2.29" in verdict(incipient_motion.Threshold(0.07, 0.06, 0.08), [], 0.035)
     assert "factor of 1.75 to 3.50" in verdict(incipient_motion.Threshold(0.015, 0.01, 0.02), [], 0.035)
+
+
+def test_the_commands_are_those_of_the_runs(tmp_path):
+    """rpm was computed at one Shields number more than actm: two commands; at the same ones it is one."""
+    found = experiment((0.05, 0.4, 0.6, 0.9))
+    same = [replace(p, model="rpm") for p in found.points]
+    assert "--models actm rpm --shields 0.01 0.03 0.06 0.1 --cells" in threshold_report.commands(
+        replace(found, points=[*found.points, *same])
+    )
+    more = replace(found, points=[*found.points, *same, replace(same[0], shields=0.005)])
+    assert threshold_report.commands(more).count("./bedload study threshold") == 2
+    assert "--models rpm --shields 0.005 0.01 0.03 0.06 0.1 --cells" in threshold_report.commands(more)
