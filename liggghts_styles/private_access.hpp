@@ -1,16 +1,21 @@
 #pragma once
 
+#include <cstdint>
+#include <cstring>
 #include <map>
+#include <span>
 #include <string>
 
 #include "dump.h"
+#include "fix_insert.h"
 #include "fix_move.h"
 #include "input.h"
 #include "lammps.h"
 #include "liggghts_styles/private_member.hpp"
 #include "modify.h"
 
-/// What LIGGGHTS keeps private: its tables of styles and commands, and how dumps and moves are set.
+/// What LIGGGHTS keeps private: its tables of styles and commands, and how dumps, moves and
+/// insertions are set.
 namespace bedload::detail {
 
 struct FixStyles {
@@ -60,6 +65,29 @@ template struct MoveDoor<&Move::mstyle, &Move::vxflag, &Move::axflag, &Move::xva
                          &Move::vxvarstr, &Move::vyflag, &Move::ayflag, &Move::yvarstr,
                          &Move::vyvarstr, &Move::vzflag, &Move::azflag, &Move::zvarstr,
                          &Move::vzvarstr>;
+
+/// What fixes insert protect.
+class Insertion : public LAMMPS_NS::FixInsert {
+ public:
+  /// Whether one had put in all its spheres. LIGGGHTS gives it the script's first step again, in
+  /// case it is to go on with more, and then refuses that step as past.
+  /// @param state written by FixInsert: seed, spheres so far, first step, next step (0: none), mass
+  static bool is_over(const LAMMPS_NS::FixInsert& fix, std::span<const std::uint8_t> state) {
+    double next = 0.0;
+    std::memcpy(&next, state.data() + 3 * sizeof(double), sizeof(double));
+    const bool wants_more = fix.*(&Insertion::ninsert_exists) != 0 &&
+                            fix.*(&Insertion::ninsert) > fix.*(&Insertion::ninserted);
+    return next == 0.0 && !wants_more;
+  }
+
+  /// Spheres that it has put in so far, on all ranks.
+  static int so_far(const LAMMPS_NS::FixInsert& fix) { return fix.*(&Insertion::ninserted); }
+
+  /// Whether it gives all spheres other numbers (compress_tags yes).
+  static bool compresses(const LAMMPS_NS::FixInsert& fix) {
+    return fix.*(&Insertion::compress_flag);
+  }
+};
 
 }  // namespace bedload::detail
 

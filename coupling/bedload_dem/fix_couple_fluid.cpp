@@ -19,6 +19,7 @@
 #include "coupling/bedload_dem/projected_loads.hpp"
 #include "coupling/bedload_dem/restarted_dumps.hpp"
 #include "coupling/bedload_dem/scene_description.hpp"
+#include "coupling/bedload_dem/script_rules.hpp"
 #include "coupling/exchange/clock.hpp"
 #include "coupling/exchange/stages.hpp"
 #include "coupling/job/roles.hpp"
@@ -234,14 +235,11 @@ void FixCoupleFluid::check_spheres(std::string_view since, Moment moment) {
   checks_.check_moved_once();
   checks_.warn_of_group();
   checks_.check_order(modify->find_fix(id));
-  checked_atoms_ = atom->natoms;
+  checked_inserted_ = inserted_spheres(lmp);
 }
 
-// An insertion makes the number of atoms known to all ranks.
 void FixCoupleFluid::check_inserted() {
-  const bool more = atom->natoms > checked_atoms_;
-  checked_atoms_ = atom->natoms;
-  if (!more) return;
+  if (inserted_spheres(lmp) == checked_inserted_) return;
   check_spheres(fmt::format("after an insertion in step {}", side_->steps_made() + 1),
                 Moment::during_run);
   if (const FixLubrication* const films = find_lubrication(lmp)) films->refuse_projected_spheres();

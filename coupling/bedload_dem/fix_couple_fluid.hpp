@@ -130,7 +130,7 @@ class FixCoupleFluid : public LAMMPS_NS::Fix {
   bool run_allowed_ = false;
   std::optional<std::int64_t> ended_at_;  ///< step of LIGGGHTS at the end of a coupled_run
   bool must_send_motion_ = false;         ///< the fluid waits for what the script has changed
-  std::int64_t checked_atoms_ = 0;        ///< how many there were when they were looked at
+  std::int64_t checked_inserted_ = 0;  ///< spheres that fixes had inserted when all were looked at
   LAMMPS_NS::FixPropertyAtom* force_ = nullptr;
   LAMMPS_NS::FixPropertyAtom* torque_ = nullptr;
   LAMMPS_NS::FixPropertyAtom* kept_ =

@@ -18,7 +18,6 @@
 #include "domain.h"
 #include "error.h"
 #include "fix.h"
-#include "fix_insert.h"
 #include "fix_move.h"
 #include "fix_property_global.h"
 #include "force.h"
@@ -35,14 +34,6 @@
 namespace bedload {
 namespace {
 
-/// Opens what LIGGGHTS protects.
-class Insertion : public LAMMPS_NS::FixInsert {
- public:
-  static bool compresses(const LAMMPS_NS::FixInsert& fix) {
-    return fix.*(&Insertion::compress_flag);
-  }
-};
-
 auto begins(std::string_view start) {
   return [start](const auto& fix) { return std::string_view(fix.style).starts_with(start); };
 }
@@ -54,6 +45,14 @@ int inserting_fixes(LAMMPS_NS::LAMMPS* lmp) {
   return static_cast<int>(std::count_if(modify.fix, modify.fix + modify.nfix, [](const auto* fix) {
     return std::string_view(fix->style).starts_with("insert/");
   }));
+}
+
+std::int64_t inserted_spheres(LAMMPS_NS::LAMMPS* lmp) {
+  std::int64_t count = 0;
+  for (int n = 0; n < lmp->modify->nfix; ++n)
+    if (const auto* const fix = dynamic_cast<LAMMPS_NS::FixInsert*>(lmp->modify->fix[n]))
+      count += detail::Insertion::so_far(*fix);
+  return count;
 }
 
 void compare_with_fluid(LAMMPS_NS::LAMMPS* lmp) {
@@ -100,7 +99,7 @@ void refuse_other_integrators(LAMMPS_NS::LAMMPS* lmp) {
 void refuse_new_numbers(LAMMPS_NS::LAMMPS* lmp) {
   const auto* const renumbering = find_fix_if(*lmp->modify, [](const auto& fix) {
     const auto* const insertion = dynamic_cast<const LAMMPS_NS::FixInsert*>(&fix);
-    return insertion != nullptr && Insertion::compresses(*insertion);
+    return insertion != nullptr && detail::Insertion::compresses(*insertion);
   });
   if (renumbering != nullptr)
     stop_run(lmp,

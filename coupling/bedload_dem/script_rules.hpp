@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 namespace LAMMPS_NS {
 class LAMMPS;
 }
@@ -10,6 +12,9 @@ struct RunScript;
 
 /// How many fixes may insert spheres while a run goes on.
 int inserting_fixes(LAMMPS_NS::LAMMPS* lmp);
+
+/// How many spheres they have inserted so far; the same on all ranks.
+std::int64_t inserted_spheres(LAMMPS_NS::LAMMPS* lmp);
 
 /// Ends the job where the script's property fluidCellSize is not the fluid's, and warns where its
 /// fluidTimeStep is not, which may change from step to step.

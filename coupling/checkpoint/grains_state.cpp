@@ -26,7 +26,6 @@
 #include "domain.h"
 #include "fix.h"
 #include "fix_contact_history.h"
-#include "fix_insert.h"
 #include "fluid/checkpoint/checkpoint_store.hpp"
 #include "fluid/checkpoint/group.hpp"
 #include "fluid/files/atomic_file.hpp"
@@ -39,6 +38,7 @@
 #include "force.h"
 #include "group.h"
 #include "lammps.h"
+#include "liggghts_styles/private_access.hpp"
 #include "memory.h"
 #include "modify.h"
 #include "pair.h"
@@ -87,20 +87,6 @@ std::vector<LAMMPS_NS::Fix*> insertions(LAMMPS_NS::Modify& modify) {
       fixes.push_back(modify.fix[n]);
   return fixes;
 }
-
-/// An insertion that had put in all its spheres. LIGGGHTS gives it the script's first step again,
-/// in case it is to go on with more, and then refuses that step as past.
-class Insertion : public LAMMPS_NS::FixInsert {
- public:
-  /// @param state written by FixInsert: seed, spheres so far, first step, next step (0: none), mass
-  static bool is_over(LAMMPS_NS::FixInsert& fix, std::span<const std::uint8_t> state) {
-    double next = 0.0;
-    std::memcpy(&next, state.data() + 3 * sizeof(double), sizeof(double));
-    const bool wants_more = fix.*(&Insertion::ninsert_exists) != 0 &&
-                            fix.*(&Insertion::ninsert) > fix.*(&Insertion::ninserted);
-    return next == 0.0 && !wants_more;
-  }
-};
 
 bool draws_random_numbers(std::string_view style) {
   return style.starts_with("insert/") || style.starts_with("particletemplate/") ||
@@ -418,7 +404,7 @@ void GrainsState::restore(const FixPart& part) const {
   std::vector<std::uint8_t> bytes = part.bytes;
   fix->restart(reinterpret_cast<char*>(bytes.data()));
   if (auto* const insertion = dynamic_cast<LAMMPS_NS::FixInsert*>(fix))
-    if (Insertion::is_over(*insertion, bytes)) insertion->next_reneighbor = 0;
+    if (detail::Insertion::is_over(*insertion, bytes)) insertion->next_reneighbor = 0;
 }
 
 void GrainsState::align_random_numbers() const {

@@ -43,3 +43,11 @@ def test_triangles_that_do_not_fit_are_refused(tmp_path, pieces, ranks):
     said = spoken(result.output)
     assert len(said) == 1, result.output
     assert "a mesh wall has triangles" in said[0] and "sixth of the neighbour cut-off" in said[0]
+
+
+def test_a_mesh_is_read_without_a_screen(tmp_path):
+    """LIGGGHTS writes what it says of a mesh to its screen without asking whether it has one."""
+    text = with_mesh_floor((SCENE / "in.liggghts").read_text(), tmp_path, 4)
+    (tmp_path / "in.liggghts").write_text(text)
+    result = job(tmp_path / "out", "--steps", "1", script=tmp_path / "in.liggghts", dem_more=("-screen", "none"))
+    assert result.status == 0, result.output

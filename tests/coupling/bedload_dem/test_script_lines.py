@@ -118,6 +118,27 @@ def test_buoyancy_is_not_given_twice(tmp_path):
     assert "fix buoyancy (id lift) gives it once more" in result.output
 
 
+def test_a_grain_that_grows_is_warned_of_once(tmp_path):
+    """Its diameter differs from the reference's in each step, by another number."""
+    grows = "variable size equal 1-1e-4*step\nfix grow grains adapt 1 atom diameter v_size\ncoupled_run"
+    result = run_script(tmp_path, ("\ncoupled_run", "\n" + grows))
+    assert result.status == 0, result.output
+    assert result.output.count("WARNING: " + str(SCENE / "fluid.toml") + ": 'reference.diameter' = 1") == 1
+
+
+def test_an_overlap_that_a_run_comes_to_names_its_step(tmp_path):
+    moved = "coupled_run steps 2\ngroup one id 10\nset group one x 2.05 y 1.8 z 1.1\ncoupled_run"
+    result = run_script(tmp_path, ("\ncoupled_run", "\n" + moved))
+    assert result.status != 0
+    assert "step 3: of spheres that came or changed, atoms 9 and 10" in result.output
+
+
+def test_no_step_has_no_slip_to_be_told(tmp_path):
+    result = run_script(tmp_path, options=("--set", "time.end=0.0"))
+    assert result.status == 0, result.output
+    assert "fluid passes through the spheres" not in result.output
+
+
 def test_a_frozen_sphere_with_a_speed_goes_on_and_is_said(tmp_path):
     stop = "coupled_run steps 2\nunfix hold\nfix stop all freeze\ncoupled_run"
     result = run_script(tmp_path, ("\ncoupled_run", "\n" + stop))
